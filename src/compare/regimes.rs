@@ -89,7 +89,7 @@ fn patchy_spectrum(
         let whole: Vec<Vec<f64>> = pieces.iter().map(whole).collect();
         return spectrum(whole.iter().map(Vec::as_slice), interval, corner_hz);
     }
-    (1..=4).find_map(|stride| {
+    (1..=THRESHOLDS.widest_stride).find_map(|stride| {
         let own = pieces.iter().map(|piece| -> Vec<f64> {
             let piece = &residual[piece.clone()];
             let first = piece.iter().position(|value| value.is_finite()).unwrap_or(0);

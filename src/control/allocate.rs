@@ -138,7 +138,7 @@ impl Allocator {
         let mut u = self.plant.command_for(target);
         if known.steady_rate_cubic != 0.0 {
             // Newton, a fixed number of steps; `build` made sure that the curve rises from 0 to 1.
-            for _ in 0..6 {
+            for _ in 0..THRESHOLDS.newton_steps {
                 let (value, slope) = known.curve(&self.plant, u);
                 u = (u - (value - steady_rate) / slope.max(1e-3 * self.plant.steady_rate_linear))
                     .clamp(THRESHOLDS.inverse_range.0, THRESHOLDS.inverse_range.1);

@@ -23,4 +23,12 @@ crate::thresholds! {
     inverse_range: (f64, f64) = (-0.5, 1.5), "-", "judgement";
     /// [1/crossover] k_I over k_P of a PID that is laid out by margins: slow enough to cost 3 degrees of phase
     integral_share: f64 = 0.05, "-", "Table III of [LPC16] has about the same";
+    /// points of the frequency grid of a loop, and decades below the Nyquist frequency at which it begins
+    frequency_grid: (usize, f64) = (4000, 5.0), "-", "judgement";
+    /// steps of Newton's method on the inverse of a known static curve: a fixed number, so that each period takes as long
+    newton_steps: usize = 6, "count", "judgement";
+    /// times that the interval of a crossing of the open loop is halved
+    crossing_halvings: usize = 40, "count", "judgement: to the last digits";
+    /// crossovers that the search for a PID by margins tries
+    crossovers_tried: i32 = 250, "count", "crossover_grid's steps of 3 %, over three decades";
 }

@@ -132,7 +132,10 @@ pub(crate) fn refine_with_error(problem: &Problem, data: &BlockData, index: usiz
     let rise = least / used as f64;
     let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
         let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * value;
-        (0..40).map(step).find(|step| cost(value + sign * step) > least + rise).unwrap_or(value)
+        (0..THRESHOLDS.error_steps)
+            .map(step)
+            .find(|step| cost(value + sign * step) > least + rise)
+            .unwrap_or(value)
     };
     let error = 0.5 * (side(1.0, &mut cost) + side(-1.0, &mut cost));
     found.globals[index] = value;

@@ -263,4 +263,6 @@ crate::thresholds! {
     window_rest: f64 = 0.7, "-", "judgement";
     /// [spacings] starts nearer each other are of one valley
     starts_apart: f64 = 2.0, "spacings", "judgement";
+    /// steps, each longer by the root of two, by which the standard error of a number found on a grid is looked for
+    error_steps: i32 = 40, "count", "from a millionth of the number to three quarters of it";
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median, quantile};
 use crate::screening::Finding;
 
 /// What came of one bench.
@@ -229,8 +229,7 @@ fn unlike_in_parameters(rows: &[&Row]) -> Vec<Finding> {
         }
         let Some(middle) = median(values.iter().map(|(_, value)| *value)) else { continue };
         let Some(spread) = median(values.iter().map(|(_, value)| (value - middle).abs())) else { continue };
-        // The median deviation of a normal distribution is 0.6745 of its standard deviation.
-        let limit = (THRESHOLDS.unlike_deviations * spread / 0.6745)
+        let limit = (THRESHOLDS.unlike_deviations * spread / MEDIAN_OF_NORMAL)
             .max(THRESHOLDS.least_deviation_share * middle.abs());
         for (row, value) in values.iter().filter(|(_, value)| (value - middle).abs() > limit) {
             let finding = Finding::new("parameter_unlike_others", parameter).of(&row.bench);

@@ -61,7 +61,7 @@ pub(crate) fn identify<const M: usize>(
     if fit.residual_correlation > THRESHOLDS.correlated_residual {
         return None;
     }
-    let step = (THRESHOLDS.delay_step * interval).min(0.5 * delay);
+    let step = (THRESHOLDS.delay_step * interval).min(THRESHOLDS.delay_step_share * delay);
     let (before, behind) = (at(delay - step)?, at(delay + step)?);
     let squares = |fit: &LagFit| fit.residual_rms.powi(2) * fit.samples as f64;
     let curvature = (0.5 * (squares(&before) + squares(&behind)) - least) / (step * step);

@@ -107,7 +107,8 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagA
         golden(|pole| two_pole_cost(record, pole, 1.0 / time), low * centre, high)
     };
     let ratio = THRESHOLDS.fast_time_ratio;
-    let times = (0..10).map(|power| THRESHOLDS.least_fast_time / lag.pole * ratio.powi(power));
+    let times =
+        (0..THRESHOLDS.fast_times).map(|power| THRESHOLDS.least_fast_time / lag.pole * ratio.powi(power));
     let coarse = least(times, |time| best(time).1)?;
     let longest = THRESHOLDS.most_fast_time / lag.pole;
     let (log_time, least) =

@@ -61,7 +61,8 @@ pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
             let rows = from..from + held.len();
             from = rows.end;
             let (begin, end) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
-            let settled = begin + THRESHOLDS.level_settles.min(0.5 * (end - begin));
+            let settled =
+                begin + THRESHOLDS.level_settles.min(THRESHOLDS.level_settles_share * (end - begin));
             if end - begin >= THRESHOLDS.shortest_level {
                 let unsettled = rotor.time[rows.clone()].partition_point(|time| *time < settled);
                 levels.push(rows.start + unsettled..rows.end);

@@ -201,4 +201,10 @@ crate::thresholds! {
     command_leads: [f64; 2] = [1.0, 0.5], "rows", "loggers that write a command with the next row";
     /// count: degrees of g(u) that are tried.
     highest_degree: usize = 4, "count", "[LPC16] compares several, and takes 2";
+    /// share of the dead time by which it is moved, at most, where the curvature of its cost is taken
+    delay_step_share: f64 = 0.5, "-", "judgement: it stays above none";
+    /// share of a held command's length in which the rotor settles, at the latest
+    level_settles_share: f64 = 0.5, "-", "judgement: half of the level counts";
+    /// time constants of a second lag that are tried before the best of them is refined
+    fast_times: i32 = 10, "count", "judgement: from least_fast_time on by fast_time_ratio each";
 }

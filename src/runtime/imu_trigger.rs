@@ -63,7 +63,8 @@ impl ImuTrigger {
         let frames = u64::from(gyro.count.wrapping_sub(seen_count)).max(1);
         // A silence says nothing of it.
         let interval_ns = (gyro.stamp_ns.saturating_sub(seen_ns) / frames).min(2 * self.period_ns);
-        self.interval_ns = (self.interval_ns * 7 + interval_ns) / 8;
+        self.interval_ns =
+            (self.interval_ns * (THRESHOLDS.interval_memory - 1) + interval_ns) / THRESHOLDS.interval_memory;
     }
 
     /// To the nearest whole number, at least 1.

@@ -26,4 +26,6 @@ crate::thresholds! {
     /// [-] what a step's distance from its schedule moves the schedule by, one in so many: the IMU's clock is followed, its
     /// jitter is not
     followed_share: u64 = 8, "count", "judgement";
+    /// [count] intervals between two gyro frames over which their mean is taken, the newest counting most
+    interval_memory: u64 = 8, "count", "judgement: over so many the jitter of frames averages out";
 }

@@ -97,7 +97,7 @@ fn the_page_of_thresholds_is_current() {
 }
 
 /// Rooms that decide something by numbers. What formats, codes and the kernel say of themselves is no decision of ours.
-const DECIDING: [&str; 13] = [
+const DECIDING: [&str; 16] = [
     "estimation",
     "screening",
     "identify",
@@ -107,9 +107,12 @@ const DECIDING: [&str; 13] = [
     "control",
     "guard",
     "experiment",
+    "runtime",
     "studies",
     "session",
+    "fleet",
     "report",
+    "workbench",
     "cli",
 ];
 
@@ -138,6 +141,7 @@ const OTHER_NUMBERS: &[(&str, &str)] = &[
     ("screening/plausibility.rs", "units"),
     ("studies/jitter/measurement.rs", "signals made up"),
     ("studies/paper/", "the paper's"),
+    ("workbench/demo.rs", "what happens in the demo"),
 ];
 
 /// Decimal numbers of a line of code that are no whole ones, quarters or halves: what something is multiplied, limited or compared
@@ -177,6 +181,200 @@ fn compared_with(line: &str) -> Vec<f64> {
         [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|at| words.get(at))
     });
     beside.filter_map(number).filter(|it| it.abs() > ROUNDING && ![0.5, 1.0].contains(&it.abs())).collect()
+}
+
+/// Whole numbers, halves and the like that stand where numbers decide, and decide nothing: file, the numbers, what they are. Files
+/// of [`OTHER_NUMBERS`] are left out, and what is shown (`report`).
+const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
+    ("cli/brief.rs", &["130", "390", "60"], "lengths of a text"),
+    ("cli/design.rs", &["180.0", "1e6"], "degrees of half a turn; the largest number that an option takes"),
+    ("cli/monitor.rs", &["10"], "looks before there is anything to show"),
+    (
+        "cli/progress.rs",
+        &["40", "50", "80"],
+        "a bar: its length, how often it is drawn, how wide a terminal is",
+    ),
+    ("compare/unknown_torque.rs", &["4"], "states"),
+    ("control/allocate.rs", &["100"], "percent"),
+    ("control/controller.rs", &["3"], "a code of recordings"),
+    ("diagnose/block_builder.rs", &["3"], "coefficients of a cubic"),
+    ("diagnose/grid_search.rs", &["12"], "variance of a uniform distribution"),
+    ("diagnose/problem.rs", &["64"], "windows that one thread takes at a time"),
+    ("discover/assemble.rs", &["101"], "points of a curve that is drawn"),
+    ("discover/mod.rs", &["1000"], "names with a number"),
+    ("estimation/dependence.rs", &["4"], "sums side by side in the processor"),
+    ("estimation/fit_problem.rs", &["3"], "size of an array"),
+    ("estimation/kalman_smoother.rs", &["1_024"], "states that are kept"),
+    ("estimation/lag_products.rs", &["128", "4", "8"], "rows and lanes of the processor"),
+    ("estimation/lagged_products.rs", &["1_024", "4", "4_096"], "lengths of a transform"),
+    ("estimation/normal_equations.rs", &["64"], "pieces of work"),
+    ("estimation/ranks.rs", &["11", "14"], "size of a table"),
+    ("estimation/third_differences.rs", &["20.0"], "1 + 9 + 9 + 1: the variance of a third difference"),
+    ("estimation/two_poles.rs", &["8"], "size of an array"),
+    ("fleet/answer.rs", &["16"], "letters of a digest"),
+    ("fleet/plan.rs", &["100"], "letters of a name"),
+    ("guard/events.rs", &["64"], "size of a buffer"),
+    ("guard/table.rs", &["31"], "how many causes there are"),
+    ("experiment/prbs.rs", &["24"], "bits of a register"),
+    ("identify/command_response.rs", &["1e3", "1e6"], "milli and micro"),
+    ("identify/mistaken_columns.rs", &["1e1", "1e2", "1e3"], "deci, centi and milli"),
+    ("identify/pipeline.rs", &["7"], "how many steps there are"),
+    ("identify/supply_gain.rs", &["12"], "variance of a uniform distribution"),
+    ("identify/voltage_instruments.rs", &["5"], "columns"),
+    ("runtime/bridge.rs", &["256"], "size of a buffer"),
+    ("runtime/controller_plant.rs", &["4"], "coefficients of a cubic"),
+    ("runtime/emulate.rs", &["64"], "size of a buffer"),
+    ("runtime/experiment.rs", &["5000"], "how often progress is said"),
+    ("runtime/lockstep/run.rs", &["60.0"], "default of an option"),
+    ("runtime/lockstep/two_process.rs", &["20_000_000"], "how often it is looked whether to end"),
+    ("runtime/monitor.rs", &["100", "300", "8"], "how often, how much and how many are shown"),
+    ("runtime/operator.rs", &["5"], "how often it is looked for an answer"),
+    ("runtime/record.rs", &["50"], "how often it is looked whether to end"),
+    ("runtime/run.rs", &["256"], "size of a buffer"),
+    ("screening/checks/outliers.rs", &["16"], "rows of a piece of work"),
+    ("screening/missing_commands.rs", &["0.5"], "rounding to the nearest"),
+    ("screening/rotor_data.rs", &["3"], "1 + 2: the numbers of both rotors"),
+    ("session/dronecan_parameters.rs", &["13"], "bits of a number"),
+    ("session/dronecan_wire.rs", &["50_000_000"], "how often it is looked what to send"),
+    ("session/machine/host.rs", &["1000"], "the first user who is no part of the system"),
+    ("studies/jitter/config.rs", &["86_400.0"], "a day"),
+    ("workbench/door.rs", &["32"], "bytes of a token"),
+    ("workbench/guesses.rs", &["4"], "rotors that are offered"),
+    ("workbench/live.rs", &["500"], "how often a bench that is gone is looked for"),
+    ("workbench/places.rs", &["100"], "letters of a name"),
+    ("workbench/server.rs", &["50"], "how often it is looked whether to end"),
+];
+
+/// A number in a line of code: as it is written, what it is, and where it begins and ends.
+struct Literal<'a> {
+    text: &'a str,
+    value: f64,
+    place: std::ops::Range<usize>,
+}
+
+/// The numbers of a line of code, those apart that are part of a name, of a field's or of a version.
+fn numbers(code: &str) -> Vec<Literal<'_>> {
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(start) = code[at..].find(|letter: char| letter.is_ascii_digit()).map(|it| at + it) {
+        let before = &code[..start];
+        let is_own = !before.ends_with(is_part) && (!before.ends_with('.') || before.ends_with(".."));
+        let rest = &code[start..];
+        let mut end = start + rest.find(|letter: char| !is_part(letter)).unwrap_or(rest.len());
+        let behind = &code[end..];
+        // A point is the number's where neither a range nor a method follows.
+        if behind.starts_with('.')
+            && !behind[1..].starts_with(|it: char| it == '.' || it.is_ascii_alphabetic())
+        {
+            let digits = behind[1..].find(|letter: char| !is_part(letter)).unwrap_or(behind.len() - 1);
+            end += 1 + digits;
+        }
+        if code[..end].ends_with('e') && code[end..].starts_with('-') {
+            end += 1 + code[end + 1..].find(|letter: char| !is_part(letter)).unwrap_or(code.len() - end - 1);
+        }
+        let kinds = ["f64", "usize", "u64", "u32", "u16", "u8", "i64", "i32"];
+        let whole = &code[start..end];
+        let text = kinds.iter().find_map(|it| whole.strip_suffix(it)).unwrap_or(whole).trim_end_matches('_');
+        if let Some(value) = text.replace('_', "").parse().ok().filter(|_| is_own) {
+            found.push(Literal { text, value, place: start..start + text.len() });
+        }
+        at = end;
+    }
+    found
+}
+
+/// Numbers by which a unit is another one: percent, milli, minutes, degrees.
+const UNITS: [f64; 9] = [10.0, 60.0, 100.0, 180.0, 360.0, 1e3, 3.6e3, 1e6, 1e9];
+
+/// Methods that hold a value within a bound, or take so many.
+const BOUNDING: [&str; 6] = [".min(", ".max(", ".take(", ".skip(", ".step_by(", ".chunks("];
+
+/// Numbers of a line of code, whole ones and halves, too, that something is compared with, held within, repeated or divided by
+/// as a whole, or that a constant has. 0, 1 and 2 are a formula's.
+fn deciding(line: &str) -> Vec<&str> {
+    let is_in_formula = |value: f64| [0.0, 1.0, 2.0].contains(&value) || value.abs() <= ROUNDING;
+    let declared = line.trim_start();
+    let declared =
+        declared.strip_prefix("pub ").or_else(|| declared.strip_prefix("pub(crate) ")).unwrap_or(declared);
+    let declared = declared.strip_prefix("pub(super) ").unwrap_or(declared);
+    let is_constant = declared.starts_with("const ") && !declared.starts_with("const fn");
+    let value_from = line.find(" = ").filter(|_| is_constant);
+    let decides = |it: &Literal| {
+        let before = line[..it.place.start].trim_end_matches(['-', '(']);
+        let behind = &line[it.place.end..];
+        let follows = |signs: &[&str]| signs.iter().any(|sign| before.ends_with(&format!(" {sign} ")));
+        let leads = |signs: &[&str]| signs.iter().any(|sign| behind.starts_with(&format!(" {sign} ")));
+        let compared = ["<", "<=", ">", ">=", "==", "!="];
+        let is_whole = !it.text.contains(['.', 'e']);
+        let is_scale = is_whole && it.value > 2.0 && !UNITS.contains(&it.value);
+        let within = line[..it.place.start].trim_end_matches('-');
+        let clamped = before.rfind(".clamp(").is_some_and(|at| !before[at..].contains(')'));
+        (is_constant && value_from.is_some_and(|from| it.place.start > from))
+            || follows(&compared)
+            || leads(&compared[..4])
+            || (is_whole && (before.ends_with("..") || before.ends_with("..=")))
+            || (is_scale && (follows(&["*", "/", "*=", "/="]) || leads(&["*", "/"])))
+            || BOUNDING.iter().any(|method| within.ends_with(method))
+            || clamped
+    };
+    numbers(line).iter().filter(|it| !is_in_formula(it.value) && decides(it)).map(|it| it.text).collect()
+}
+
+/// No whole number and no half decides in private, as far as a line of code says that it does.
+#[test]
+fn nothing_is_decided_by_a_whole_number_of_its_own() {
+    let mut found = Vec::new();
+    let mut unused: BTreeSet<(&str, &str)> = BTreeSet::new();
+    for (file, numbers, _) in WHOLE_NUMBERS {
+        unused.extend(numbers.iter().map(|number| (*file, *number)));
+    }
+    for source in read_sources() {
+        let name = source.name.as_str();
+        let is_test =
+            source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
+        let is_other =
+            name.ends_with("thresholds.rs") || OTHER_NUMBERS.iter().any(|(start, _)| name.starts_with(start));
+        let decides = DECIDING.contains(&source.module[0].as_str()) && source.module[0] != "report";
+        if is_test || is_other || !decides {
+            continue;
+        }
+        let known: &[&str] =
+            WHOLE_NUMBERS.iter().find(|(file, ..)| *file == name).map_or(&[], |(_, known, _)| known);
+        for line in program(&source.text).lines() {
+            let code = without_literals(line);
+            for number in deciding(&code) {
+                if known.contains(&number) {
+                    unused.retain(|it| *it != (name, number));
+                } else {
+                    found.push(format!("{name}: {number}: {}", line.trim()));
+                }
+            }
+        }
+    }
+    assert!(found.is_empty(), "a threshold of the room says it instead: {found:#?}");
+    assert!(unused.is_empty(), "numbers that are no longer there: {unused:?}");
+}
+
+#[test]
+fn whole_numbers_are_seen_where_they_decide() {
+    assert_eq!(deciding("const ROUNDS: usize = 3;"), ["3"]);
+    assert_eq!(deciding("    pub(super) const SHARES: [f64; 2] = [0.5, 1.0];"), ["0.5"]);
+    assert_eq!(deciding("if rows.len() < 4 * count || share > 0.5 * all {"), ["4", "0.5"]);
+    assert_eq!(
+        deciding("for _ in 0..20 { step = step.clamp(-0.5, 3.0).min(7.0); }"),
+        ["20", "0.5", "3.0", "7.0"]
+    );
+    assert_eq!(deciding("mean = (mean * 7 + new) / 8;"), ["7", "8"]);
+    let formulas = [
+        "let middle = 0.5 * (low + high) + 4.0 * x.powi(3);",
+        "if n < 2 || x >= 0.0 || share > 1e-9 {",
+        "let percent = 100.0 * share; let seconds = ns / 1_000_000_000; let x = pair.1 / a[3];",
+        "let shape: [f64; 4] = [0.0; 4]; const FOUR: fn(u8) -> u8 = f;",
+    ];
+    for formula in formulas {
+        assert!(deciding(formula).is_empty(), "{formula}: {:?}", deciding(formula));
+    }
 }
 
 /// A number that decides has a unit, a reason and what it was calibrated on.

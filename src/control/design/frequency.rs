@@ -6,9 +6,7 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 use super::DiscreteLoop;
-
-/// Points of the frequency grid, from a hundred-thousandth of the Nyquist frequency up to it.
-const GRID: usize = 4000;
+use crate::control::thresholds::THRESHOLDS;
 
 /// The loop at one frequency, opened at the plant's input.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,9 +65,9 @@ impl DiscreteLoop {
     #[must_use]
     pub fn sweep(&self) -> Vec<LoopResponse> {
         let nyquist = PI / self.period_s;
-        (0..GRID)
-            .map(|index| self.response(nyquist * 10f64.powf(5.0 * (index as f64 / (GRID - 1) as f64 - 1.0))))
-            .collect()
+        let (points, decades) = THRESHOLDS.frequency_grid;
+        let below = |index: usize| decades * (1.0 - index as f64 / (points - 1) as f64);
+        (0..points).map(|index| self.response(nyquist * 10f64.powf(-below(index)))).collect()
     }
 
     /// Margins of the closed loop; they mean something only where it is stable.
@@ -121,7 +119,7 @@ impl DiscreteLoop {
         if (measure(low.open) > 0.0) == (measure(high.open) > 0.0) {
             return None;
         }
-        for _ in 0..40 {
+        for _ in 0..THRESHOLDS.crossing_halvings {
             let middle = self.response((low.frequency * high.frequency).sqrt());
             if (measure(middle.open) > 0.0) == (measure(low.open) > 0.0) {
                 low = middle;

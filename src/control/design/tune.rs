@@ -35,7 +35,7 @@ pub fn pid_by_margins(
         PidConfig { k_p, k_i: THRESHOLDS.integral_share * crossover * k_p, k_d: target.re - k_p * a.re }
     };
     let mut candidates: Vec<PidConfig> =
-        (0..250).map(at_crossover).filter(|gains| gains.validate().is_ok()).collect();
+        (0..THRESHOLDS.crossovers_tried).map(at_crossover).filter(|gains| gains.validate().is_ok()).collect();
     candidates.sort_by(|a, b| b.k_i.total_cmp(&a.k_i));
     for gains in candidates {
         let compensator = Compensator::Pid(gains);
