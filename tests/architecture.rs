@@ -1,5 +1,5 @@
-//! How the source is laid out: rooms, circles inside them, thresholds, sensors, effects, sentences, unsafe code. A file for each below
-//! `tests/architecture/`.
+//! How the source is laid out: rooms, circles inside them, thresholds, sensors, effects, sentences, lengths, unsafe code. A file for
+//! each below `tests/architecture/`.
 
 #[path = "architecture/circles.rs"]
 mod circles;
@@ -9,6 +9,8 @@ mod effects;
 mod examples;
 #[path = "architecture/imports.rs"]
 mod imports;
+#[path = "architecture/lengths.rs"]
+mod lengths;
 #[path = "architecture/rooms.rs"]
 mod rooms;
 #[path = "architecture/sensors.rs"]

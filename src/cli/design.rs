@@ -7,7 +7,7 @@ use super::output::{Force, say, writable};
 use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::pid_by_margins;
-use crate::control::{Beta, BetaRule, ControllerConfig, ControllerKind};
+use crate::control::{Beta, BetaRule, ControllerConfig, ControllerKind, EmcConfig};
 use crate::effect::{Site, Term, acting_as};
 use crate::model::Model;
 use crate::report::design::{self, Design};
@@ -138,22 +138,30 @@ impl Arguments {
                 UsageError::idle("--angle-deg", Idle::SameAtAllAngles { model: model.name, effect }).into()
             );
         }
-        let emc = &mut config.emc;
+        self.set_emc(&mut config.emc);
+        task.loop_plant.delay_s += 1e-3 * self.delay_ms;
+        self.set_pid(&mut task)?;
+        let is_other = self.controller.is_none() && task.config.kind != of_bench;
+        Ok((task, is_other.then(design::pid_on_an_emc_bench)))
+    }
+
+    fn set_emc(&self, emc: &mut EmcConfig) {
         emc.beta = self.beta.unwrap_or(emc.beta);
         emc.gamma_0 = self.gamma_0.or(emc.gamma_0);
         emc.alpha = self.alpha.unwrap_or(emc.alpha);
         emc.alpha_c = self.alpha_c.unwrap_or(emc.alpha_c);
         emc.feedback_gain = self.feedback_gain.or(emc.feedback_gain);
-        task.loop_plant.delay_s += 1e-3 * self.delay_ms;
-        if let Some([phase_deg, gain]) = self.pid_margins {
-            if !(phase_deg > 0.0 && (..180.0).contains(&phase_deg) && gain >= 1.0) {
-                return Err(UsageError::Margins { phase_deg, gain }.into());
-            }
-            task.config.pid =
-                pid_by_margins(&task.plant, &task.loop_plant, task.period_s, phase_deg.to_radians(), gain)?;
+    }
+
+    /// Lays the PID out by its margins, where some are asked for.
+    fn set_pid(&self, task: &mut ControlLoop) -> Result<(), CliError> {
+        let Some([phase_deg, gain]) = self.pid_margins else { return Ok(()) };
+        if !(phase_deg > 0.0 && (..180.0).contains(&phase_deg) && gain >= 1.0) {
+            return Err(UsageError::Margins { phase_deg, gain }.into());
         }
-        let is_other = self.controller.is_none() && task.config.kind != of_bench;
-        Ok((task, is_other.then(design::pid_on_an_emc_bench)))
+        task.config.pid =
+            pid_by_margins(&task.plant, &task.loop_plant, task.period_s, phase_deg.to_radians(), gain)?;
+        Ok(())
     }
 
     /// Refuses what would do nothing for the controller of `config`.

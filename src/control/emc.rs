@@ -164,6 +164,20 @@ impl Emc {
     }
 }
 
+impl Emc {
+    /// The control law: what is asked for in units of the model, from its states and the disturbance with what is known of it.
+    #[inline]
+    fn law(&self, reference: &Reference, [x_1, x_2, x_3]: [f64; 3], (d_1, d_2): (f64, f64)) -> f64 {
+        let (t_c, k) = (self.period_s, self.gains.k);
+        // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.
+        // **Deviation:** the print of (28) has lost the underline of the reference x̲_c.
+        let r = [reference.angle, t_c * reference.rate, t_c * t_c * reference.acceleration];
+        let nominal = r[2] + t_c * t_c * t_c * reference.jerk * self.per_beta;
+        let e = [r[0] - x_1, r[1] - x_2, r[2] - x_3 - d_1];
+        nominal + (k[0] * e[0] + k[1] * e[1] + k[2] * e[2]) - (d_1 + d_2 * self.per_beta)
+    }
+}
+
 impl Controller for Emc {
     type State = EmcState;
 
@@ -184,7 +198,7 @@ impl Controller for Emc {
         applied: &Applied,
     ) -> Command {
         let (t_c, per_t) = (self.period_s, self.per_period);
-        let EmcGains { beta, l, k } = self.gains;
+        let EmcGains { beta, l, .. } = self.gains;
         let (voltage, voltage_assumed) = state.readings.voltage(sensors);
         let y = state.readings.body_rate(sensors).map(|rate| t_c * rate);
         let ([x_1, x_2, x_3], [x_d1, x_d2]) = self.predicted(state, sensors, y, applied, voltage);
@@ -193,12 +207,7 @@ impl Controller for Emc {
         let (h, h_growth) = self.known_disturbance([x_1, x_2, x_3], x_d1);
         let (d_1, d_2) = (x_d1 + h, x_d2 + h_growth);
 
-        // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.
-        // **Deviation:** the print of (28) has lost the underline of the reference x̲_c.
-        let r = [reference.angle, t_c * reference.rate, t_c * t_c * reference.acceleration];
-        let nominal = r[2] + t_c * t_c * t_c * reference.jerk * self.per_beta;
-        let e = [r[0] - x_1, r[1] - x_2, r[2] - x_3 - d_1];
-        let u = nominal + (k[0] * e[0] + k[1] * e[1] + k[2] * e[2]) - (d_1 + d_2 * self.per_beta);
+        let u = self.law(reference, [x_1, x_2, x_3], (d_1, d_2));
         let allocation = self.allocator.allocate(u * self.difference_unit, voltage);
 
         // [LPC16] Eq. (24); without a measurement the model predicts alone.

@@ -95,6 +95,22 @@ fn torque_of(known: &Compensation, angle: f64, rate: f64) -> f64 {
     known.torque(angle, rate)
 }
 
+impl Pid {
+    /// Takes in angle and rate of the body as they were measured; whether the rate was.
+    #[inline]
+    fn take_in(&self, state: &mut PidState, sensors: &Sensors, resting: bool) -> bool {
+        let measured = state.readings.body_rate(sensors);
+        if resting {
+            state.angle = self.angle.measured(sensors).unwrap_or(self.start_angle);
+            state.x_i = 0.0;
+        } else {
+            state.angle = self.angle.correct(state.angle, sensors);
+        }
+        state.rate = measured.unwrap_or(state.rate);
+        measured.is_some()
+    }
+}
+
 impl Controller for Pid {
     type State = PidState;
 
@@ -119,15 +135,8 @@ impl Controller for Pid {
     ) -> Command {
         let (t_c, PidConfig { k_p, k_i, k_d }) = (self.period_s, self.gains);
         let (voltage, voltage_assumed) = state.readings.voltage(sensors);
-        let measured = state.readings.body_rate(sensors);
         let resting = applied.command_sequence == 0;
-        if resting {
-            state.angle = self.angle.measured(sensors).unwrap_or(self.start_angle);
-            state.x_i = 0.0;
-        } else {
-            state.angle = self.angle.correct(state.angle, sensors);
-        }
-        state.rate = measured.unwrap_or(state.rate);
+        let is_measured = self.take_in(state, sensors, resting);
 
         // [LPC16] Eq. (30), with x_2 / T_c the body rate; a slew's own rate is no reason to brake.
         let e = reference.angle - state.angle;
@@ -159,7 +168,7 @@ impl Controller for Pid {
             sensors_sequence: sensors.sequence,
             rotor: allocation.rotor,
             torque,
-            flags: CommandFlags::of(allocation.saturated, measured.is_none(), voltage_assumed),
+            flags: CommandFlags::of(allocation.saturated, !is_measured, voltage_assumed),
             controller: code::PID,
             estimate,
         }

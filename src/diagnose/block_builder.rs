@@ -106,21 +106,16 @@ impl Driver<'_> {
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
         let rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
-        // A rotor that nobody measured is taken as steady where a stretch begins, which it may not be.
-        let unknown = if judged.driven_by() == DrivenBy::Commands {
-            THRESHOLDS.forgotten_after / self.equations.rotor_pole()
-        } else {
-            0.0
-        };
+        let unknown = self.unknown_s(judged);
         // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
         for rows in judged.stretches().iter().cloned() {
+            let time = &data.time()[rows.clone()];
             let torque = match rates.as_deref() {
-                Some([Some(first), Some(second)]) => self.torque_of(
-                    [first.cut(rows.clone()), second.cut(rows.clone())],
-                    &data.time()[rows.clone()],
-                ),
+                Some([Some(first), Some(second)]) => {
+                    self.torque_of([first.cut(rows.clone()), second.cut(rows.clone())], time)
+                }
                 Some(_) => return Vec::new(),
                 None => TorqueOver::commanded(&judged.torque()[rows.clone()]),
             };
@@ -139,6 +134,15 @@ impl Driver<'_> {
         }
         runs.retain(|run| !run.windows.is_empty());
         runs
+    }
+
+    /// [s] for which nothing is known where a stretch begins: a rotor that nobody measured is taken as steady there, which it may
+    /// not be.
+    fn unknown_s(&self, judged: &ScreenedBody) -> f64 {
+        match judged.driven_by() {
+            DrivenBy::Commands => THRESHOLDS.forgotten_after / self.equations.rotor_pole(),
+            _ => 0.0,
+        }
     }
 
     /// The torque of both rotors over a stretch.
@@ -171,7 +175,7 @@ impl Driver<'_> {
                 let mut rates = Rates::between(data.time(), measured);
                 for (run, locals) in runs_of(split, fitted, held_out) {
                     if run.log == log && run.rotor == rotor {
-                        self.fuse(run, locals, &mut rates);
+                        self.correct_by_measured(run, locals, &mut rates);
                     }
                 }
                 Some(rates)
@@ -183,7 +187,7 @@ impl Driver<'_> {
     }
 
     /// The free run of the rotor model, moved by what the smoothed measurement says it lacks.
-    fn fuse(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
+    fn correct_by_measured(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
         let mut trace = RotorTrace::default();
         simulate(self.equations, run, None, locals, &mut trace);
         let lacks: Vec<f64> =

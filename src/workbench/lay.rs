@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::act::Act;
 use super::columns::DeskMapping;
-use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Question, Role, SearchState};
+use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Role, SearchInputs, SearchState};
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedModel};
 use super::{ActError, WorkbenchError, by_hand, guesses, kept};
@@ -105,14 +105,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
             desk.chosen = model;
             desk.look_anew();
         }
-        Act::CloseModel { model } => {
-            desk.model(model)?;
-            if model == desk.chosen {
-                return Err(ActError::Chosen);
-            }
-            desk.models.retain(|it| it.id != model);
-            desk.look_anew();
-        }
+        Act::CloseModel { model } => close_model(desk, model)?,
         Act::StepBack => step_back(desk)?,
         Act::Cancel => {
             if let Some(search) = desk.search.as_ref().filter(|search| search.state == SearchState::Running) {
@@ -140,6 +133,16 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
     Ok(())
 }
 
+fn close_model(desk: &mut Desk, model: u64) -> Result<(), ActError> {
+    desk.model(model)?;
+    if model == desk.chosen {
+        return Err(ActError::Chosen);
+    }
+    desk.models.retain(|it| it.id != model);
+    desk.look_anew();
+    Ok(())
+}
+
 fn step_back(desk: &mut Desk) -> Result<(), ActError> {
     if desk.is_searching() {
         return Err(ActError::Busy);
@@ -161,7 +164,7 @@ pub(super) fn lay_law(desk: &mut Desk, origin: Origin) -> Result<(), ActError> {
     if desk.is_searching() {
         return Err(ActError::Busy);
     }
-    let current = Question::of(desk);
+    let current = SearchInputs::of(desk);
     let found = desk.discovered.as_ref().filter(|it| it.answered.of == current);
     let (model, notes) = found.and_then(|it| it.made.clone()).ok_or(ActError::NoLaw)?;
     let is_added = origin == Origin::Made;

@@ -147,6 +147,35 @@ fn free_id(bus: &DronecanBus, received: usize, esc: Option<u8>) -> u8 {
     if id == bus.node_id { GREATEST_NODE - 2 } else { id }
 }
 
+/// Takes in a transfer that commands the rotors.
+#[inline]
+fn take_command(
+    bus: &DronecanBus,
+    counts: &mut Counts,
+    transfer: &Transfer<'_>,
+    stamp_ns: u64,
+    commands: &mut RotorCommands,
+) -> Decoded {
+    counts.lost = counts.lost.wrapping_add(transfer.lost);
+    let mut decoded = Decoded { updated: 0, refused: None };
+    for (rotor, place) in bus.command.rotors.iter().enumerate() {
+        // A command that is too short is for others.
+        let Some(number) = place.read(transfer.payload) else { continue };
+        let value = number / bus.command.full;
+        if !(0.0..=1.0).contains(&value) {
+            counts.add(Refusal::OutOfRange);
+            decoded.refused = Some(Refusal::OutOfRange);
+            continue;
+        }
+        if let (Some(to), Some(stamp)) = (commands.rotor.get_mut(rotor), commands.stamp_ns.get_mut(rotor)) {
+            (*to, *stamp) = (value, stamp_ns);
+            decoded.updated |= 1 << rotor;
+        }
+    }
+    counts.accepted = counts.accepted.wrapping_add(u64::from(decoded.updated != 0));
+    decoded
+}
+
 impl BenchEnd for Bench {
     fn is_command(&self, frame: &Frame) -> bool {
         let purpose = self.assembler.find(frame).and_then(|(at, _)| self.purposes.get(at));
@@ -163,28 +192,7 @@ impl BenchEnd for Bench {
             Err(refusal) => return self.refuse(refusal),
         };
         match purposes.get(transfer.subscription) {
-            Some(Purpose::Command) => {
-                counts.lost = counts.lost.wrapping_add(transfer.lost);
-                let mut decoded = nothing;
-                for (rotor, place) in bus.command.rotors.iter().enumerate() {
-                    // A command that is too short is for others.
-                    let Some(number) = place.read(transfer.payload) else { continue };
-                    let value = number / bus.command.full;
-                    if !(0.0..=1.0).contains(&value) {
-                        counts.add(Refusal::OutOfRange);
-                        decoded.refused = Some(Refusal::OutOfRange);
-                        continue;
-                    }
-                    if let (Some(to), Some(stamp)) =
-                        (commands.rotor.get_mut(rotor), commands.stamp_ns.get_mut(rotor))
-                    {
-                        (*to, *stamp) = (value, stamp_ns);
-                        decoded.updated |= 1 << rotor;
-                    }
-                }
-                counts.accepted = counts.accepted.wrapping_add(u64::from(decoded.updated != 0));
-                decoded
-            }
+            Some(Purpose::Command) => take_command(bus, counts, &transfer, stamp_ns, commands),
             Some(Purpose::Arming) => {
                 *armed = (transfer.payload == [255], stamp_ns);
                 nothing
