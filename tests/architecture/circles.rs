@@ -1,8 +1,8 @@
 //! Inside a room no files import each other in a circle.
 //!
 //! Seen are paths in `use` lines and in expressions, through names given by `use` and `as`, through a parent's re-exports and the
-//! parent's own code, and methods of a type that stand in another file than the type, where their name is the only one of
-//! its kind in the room. A parent may name its children and hand on their names; what it uses itself, of those names
+//! parent's own code, functions of a type that stand in another file than the type, and methods that do, where their name is
+//! the only one of its kind in the room. A parent may name its children and hand on their names; what it uses itself, of those names
 //! too, counts as any other file's. Not seen are methods whose names several types have, methods of a trait, and what a macro writes.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +56,7 @@ fn arrows(all: &[Source]) -> BTreeMap<String, BTreeSet<String>> {
     let code_of: BTreeMap<&str, String> =
         file_of.values().map(|source| (source.name.as_str(), own_code(source, &file_of))).collect();
     let elsewhere = methods_elsewhere(&file_of, &code_of);
+    let of_types = functions_elsewhere(&file_of, &code_of);
     let mut arrows = BTreeMap::new();
     for source in file_of.values() {
         let code = &code_of[source.name.as_str()];
@@ -72,6 +73,8 @@ fn arrows(all: &[Source]) -> BTreeMap<String, BTreeSet<String>> {
             .iter()
             .filter(|(method, home, _)| *home == source.name && code.contains(&format!(".{method}(")));
         seen.extend(called.map(|(_, _, file)| file.clone()));
+        let named = of_types.iter().filter(|function| function.is_called_in(source, code));
+        seen.extend(named.map(|function| function.file.clone()));
         seen.retain(|file| room(file) == room(&source.name) && *file != source.name);
         arrows.insert(source.name.clone(), seen);
     }
@@ -150,6 +153,62 @@ fn methods_elsewhere(file_of: &Files, code_of: &BTreeMap<&str, String>) -> Vec<(
     }
     found.retain(|(method, home, _)| count[&(room(home).to_owned(), method.clone())] == 1);
     found
+}
+
+/// A function of a type, without `self`, that stands in another file than the type.
+struct TypeFunction {
+    kind: String,
+    name: String,
+    home: String,
+    file: String,
+}
+
+impl TypeFunction {
+    /// Whether code calls it by its type's name, or in the type's own file by `Self`; the whole name is meant, of the same room.
+    fn is_called_in(&self, source: &Source, code: &str) -> bool {
+        let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let calls = |kind: &str| {
+            let call = format!("{kind}::{}(", self.name);
+            code.match_indices(&call).any(|(at, _)| !code[..at].ends_with(is_part))
+        };
+        room(&source.name) == room(&self.home)
+            && (calls(&self.kind) || (source.name == self.home && calls("Self")))
+    }
+}
+
+/// Functions without `self` in another file than their type.
+fn functions_elsewhere(file_of: &Files, code_of: &BTreeMap<&str, String>) -> Vec<TypeFunction> {
+    let mut found = Vec::new();
+    for source in file_of.values() {
+        let mut of: Option<(String, String)> = None;
+        for line in code_of[source.name.as_str()].lines() {
+            if let Some(rest) = line.strip_prefix("impl").filter(|rest| rest.starts_with(['<', ' '])) {
+                of = type_of(rest).and_then(|kind| Some((home_of(source, &kind, file_of, code_of)?, kind)));
+            }
+            let Some((home, kind)) = of.as_ref().filter(|_| line.starts_with("    ")) else { continue };
+            let Some((before, behind)) = line[4..].split_once("fn ") else { continue };
+            let visible =
+                ["", "pub ", "pub(crate) ", "pub(super) ", "const ", "pub const "].contains(&before);
+            let name: String =
+                behind.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
+            if visible {
+                let (kind, home, file) = (kind.clone(), home.clone(), source.name.clone());
+                found.push(TypeFunction { kind, name, home, file });
+            }
+        }
+    }
+    found
+}
+
+/// The file of the room that has the type, where that is another one than `source`.
+fn home_of(source: &Source, kind: &str, file_of: &Files, code_of: &BTreeMap<&str, String>) -> Option<String> {
+    let own = [kind.to_owned()];
+    let has = |file: &Source| defines(&code_of[file.name.as_str()], &own);
+    if has(source) {
+        return None;
+    }
+    let mut of_room = file_of.values().filter(|file| room(&file.name) == room(&source.name));
+    of_room.find(|file| has(file)).map(|file| file.name.clone())
 }
 
 /// The type of an `impl` line that is no trait's.
@@ -264,6 +323,13 @@ fn a_circle_is_seen_in_each_guise() {
     let long =
         "use super::A;\nimpl A {\n    pub fn g(\n        &self,\n        wide: bool,\n    ) {\n    }\n}";
     assert_eq!(seen(&[("can/mod.rs", "mod a;\nmod b;\npub use a::A;"), home, ("can/b.rs", long)]), group);
+    // By a function of a type that stands elsewhere.
+    let home = ("can/a.rs", "pub struct A;\npub fn f() { A::new() }");
+    let made = ("can/b.rs", "use super::A;\nimpl A {\n    pub fn new() -> Self {\n        A\n    }\n}");
+    assert_eq!(
+        seen(&[("can/mod.rs", "mod a;\nmod b;\npub use a::A;"), home, made]),
+        ["can/a.rs", "can/b.rs"]
+    );
     // By a parent's own code, with a file beside it and with a child of its own, and not by what it hands on.
     let parent = ("can/a/mod.rs", "mod c;\nuse super::b::B;\npub struct A(B, c::C);");
     let group = ["can/a/mod.rs", "can/b.rs"];
