@@ -9,6 +9,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::find;
 use crate::estimation::moments::mean_square;
+use crate::estimation::slope::slope;
 use crate::model::Model;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedBody, ScreenedLog};
@@ -164,24 +165,15 @@ fn slow_drift(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
     let (mut explained, mut total, mut steepest) = (0.0, 0.0, (0.0_f64, 0));
     for who in whose {
         let of = runs.iter().zip(found.split.train.units()).filter(|(run, _)| (run.log, run.rotor) == who);
-        let samples: Vec<(f64, f64)> = of
+        let (time, left): (Vec<f64>, Vec<f64>) = of
             .flat_map(|(run, unit)| run.time.iter().zip(&residuals[unit.clone()]))
             .filter(|(_, residual)| **residual != 0.0)
             .map(|(time, residual)| (*time, residual * sigma))
-            .collect();
-        let count = samples.len() as f64;
-        let mean = samples.iter().fold((0.0, 0.0), |sum, it| (sum.0 + it.0 / count, sum.1 + it.1 / count));
-        let (mut squares, mut products) = (0.0, 0.0);
-        for (time, residual) in &samples {
-            squares += (time - mean.0).powi(2);
-            products += (time - mean.0) * (residual - mean.1);
-            total += residual * residual;
-        }
-        if squares > 0.0 {
-            explained += products * products / squares;
-            let slope = products / squares;
-            steepest = if slope.abs() > steepest.0.abs() { (slope, who.0) } else { steepest };
-        }
+            .unzip();
+        let (slope, spread) = slope(&time, &left);
+        total += left.iter().map(|residual| residual * residual).sum::<f64>();
+        explained += slope * slope * spread;
+        steepest = if slope.abs() > steepest.0.abs() { (slope, who.0) } else { steepest };
     }
     let share = if total > 0.0 { explained / total } else { 0.0 };
     let log = logs.get(steepest.1).map_or("", |log| log.source_name());

@@ -12,7 +12,7 @@ use super::data_split::DataSplit;
 use super::model_selection::is_identifiable;
 use super::search_result::SearchResult;
 use super::search_space::Search;
-use crate::estimation::moments::mean;
+use crate::estimation::jackknife::{of_left_out, of_two};
 use crate::threads::spread;
 
 /// Values of one parameter in several fits.
@@ -79,30 +79,5 @@ impl Search<'_> {
 /// The variance of `value` as far as fits to other data show it: of one on data that it has not seen, or of several that each lack a part.
 fn between(value: f64, others: &Values, is_apart: bool) -> f64 {
     let others: Vec<f64> = others.iter().copied().flatten().filter(|other| other.is_finite()).collect();
-    if is_apart {
-        return others.first().map_or(0.0, |other| (other - value).powi(2) / 2.0);
-    }
-    let count = others.len() as f64;
-    let centre = mean(&others);
-    let spread: f64 = others.iter().map(|other| (other - centre).powi(2)).sum();
-    if others.len() < 2 { 0.0 } else { spread * (count - 1.0) / count }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_variance_of_a_mean_is_what_the_jackknife_says_and_of_two_fits_half_their_square() {
-        // The mean of six numbers from fits that lack two each: variance of the mean of three pairs.
-        let pairs = [1.0, 2.0, 6.0];
-        let total: f64 = pairs.iter().sum();
-        let lacking: Values = pairs.iter().map(|own| Some((total - own) / 2.0)).collect();
-        let centre = total / 3.0;
-        let of_mean = pairs.iter().map(|own| (own - centre).powi(2)).sum::<f64>() / 2.0 / 3.0;
-        assert!((between(centre, &lacking, false) - of_mean).abs() < 1e-12);
-        assert_eq!(between(3.0, &vec![Some(5.0)], true), 2.0);
-        assert_eq!(between(3.0, &vec![None], true), 0.0);
-        assert_eq!(between(3.0, &vec![Some(5.0)], false), 0.0, "one part says nothing");
-    }
+    if is_apart { others.first().map_or(0.0, |other| of_two(value, *other)) } else { of_left_out(&others) }
 }

@@ -1,14 +1,11 @@
 //! Where a law may act: the sites, each with the channels that it may look at. A smooth function of them, without a formula, says how
 //! much of the error a law there could explain at most.
 
-use rand::{RngExt, SeedableRng};
-
 use super::channels::{LawInput, Outlook};
 use super::law::{Law, Part, Term};
 use super::linear::{FittedAndHeldOut, Linear, Score};
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
-use crate::estimation::consistency::power;
 use crate::threads::spread;
 
 /// A site, and the channels that a law looks at there.
@@ -119,28 +116,6 @@ fn columns_of_parts(linear: &Linear, law: &Law) -> Option<Vec<FittedAndHeldOut>>
     Some(term.parts.iter().map(of).collect())
 }
 
-/// How often `own` residuals are smaller than each of `others` when stretches of the held-out data are drawn by lot, each as often as
-/// it comes: the bootstrap's share.
-pub(crate) fn confidence(own: &[f64], others: &[&[f64]]) -> f64 {
-    let stretches = |residuals: &[f64]| -> Vec<f64> {
-        residuals.chunks(residuals.len().div_ceil(THRESHOLDS.stretches).max(1)).map(power).collect()
-    };
-    let own = stretches(own);
-    let others: Vec<Vec<f64>> = others.iter().map(|of| stretches(of)).collect();
-    if own.is_empty() {
-        return 0.0;
-    }
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let mut wins = 0;
-    for _ in 0..THRESHOLDS.draws {
-        let drawn: Vec<usize> = own.iter().map(|_| random.random_range(0..own.len())).collect();
-        let sum = |of: &[f64]| drawn.iter().filter_map(|index| of.get(*index)).sum::<f64>();
-        let mine = sum(&own);
-        wins += usize::from(others.iter().all(|other| sum(other) > mine));
-    }
-    wins as f64 / THRESHOLDS.draws as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,17 +141,5 @@ mod tests {
                 assert!((sum - 1.0).abs() < 1e-9, "{body_angle}, {body_rate}: {sum}");
             }
         }
-    }
-
-    #[test]
-    fn a_place_is_sure_where_each_stretch_says_so_and_even_where_none_does() {
-        let own = vec![1.0; 400];
-        assert_eq!(confidence(&own, &[&vec![1.1; 400]]), 1.0);
-        assert_eq!(confidence(&vec![1.1; 400], &[&own]), 0.0);
-        // Half of the stretches each way.
-        let (mut one, mut other) = (own.clone(), own);
-        (0..400).for_each(|row| if row / 10 % 2 == 0 { one[row] = 1.2 } else { other[row] = 1.2 });
-        let even = confidence(&one, &[&other]);
-        assert!((0.3..0.7).contains(&even), "{even}");
     }
 }

@@ -7,12 +7,13 @@ use super::inner_numbers::polished;
 use super::law::{Law, Term};
 use super::linear::{Linear, Score};
 use super::lines::lines;
-use super::places::{Place, PlaceScore, confidence, scores};
+use super::places::{Place, PlaceScore, scores};
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::Event;
 use crate::diagnose::candidate_fit::CandidateFit;
 use crate::effect::Site;
 use crate::effect::signals;
+use crate::estimation::bootstrap::share_of_wins;
 use crate::model::Effect;
 use crate::threads::spread;
 
@@ -285,7 +286,7 @@ fn how_sure(formula: Option<&Formula>, formulas: &[Formula], places: &[PlaceScor
     let elsewhere = formulas.iter().filter(|it| !holds_all(it.law.site, &it.law.channels()));
     let elsewhere: Vec<_> = elsewhere.map(|it| it.fitted.held_out.residuals.all()).collect();
     others.extend(elsewhere.iter().filter(|it| it.len() == own.len()).map(|it| &**it));
-    Some(confidence(&own, &others))
+    Some(share_of_wins(&own, &others, THRESHOLDS.stretches, THRESHOLDS.draws))
 }
 
 #[cfg(test)]

@@ -26,6 +26,20 @@ impl LinearFit {
     }
 }
 
+impl LinearFit {
+    /// Sum of squares that each row leaves when it is left out of the ordinary fit to `design`, which this is: by its leverage,
+    /// without a fit of its own (Allen 1974, PRESS). Infinite where the columns do not determine the coefficients.
+    pub fn left_out(&self, design: &DMatrix<f64>) -> f64 {
+        let Some(inverse) = (design.transpose() * design).try_inverse() else { return f64::INFINITY };
+        let of = |row: usize| {
+            let own = design.row(row);
+            let leverage = (own * &inverse * own.transpose())[(0, 0)];
+            (self.residuals[row] / (1.0 - leverage).max(f64::EPSILON)).powi(2)
+        };
+        (0..design.nrows()).map(of).sum()
+    }
+}
+
 /// Least squares of `y` on the columns of `design`; `None` when the columns do not determine the coefficients.
 pub(crate) fn least_squares(design: &DMatrix<f64>, y: &DVector<f64>) -> Option<LinearFit> {
     instrumental(design, design, y)
@@ -107,6 +121,22 @@ mod tests {
         // White standard errors cover about 35 % here. Of 300 runs at 95 %, 90 % and 99 % are 4 and 3.2 standard
         // deviations of the binomial away.
         assert!((0.9..=0.99).contains(&share), "covered {share}");
+    }
+
+    #[test]
+    fn what_a_row_leaves_when_left_out_is_that_of_the_fit_without_it() {
+        let (x, y) = ([1.0, 2.0, 3.0, 5.0, 8.0], [1.2, 1.9, 3.3, 4.7, 8.4]);
+        let design = |x: &[f64]| DMatrix::from_fn(x.len(), 2, |row, column| x[row].powi(column as i32));
+        let fit = least_squares(&design(&x), &DVector::from_row_slice(&y)).expect("determined");
+        let without = |row: usize| {
+            let rest =
+                |of: &[f64; 5]| -> Vec<f64> { (0..5).filter(|at| *at != row).map(|at| of[at]).collect() };
+            let (x_rest, y_rest) = (rest(&x), rest(&y));
+            let fit = least_squares(&design(&x_rest), &DVector::from_row_slice(&y_rest)).expect("determined");
+            (y[row] - fit.coefficients[0] - fit.coefficients[1] * x[row]).powi(2)
+        };
+        let expected: f64 = (0..5).map(without).sum();
+        assert!((fit.left_out(&design(&x)) - expected).abs() < 1e-9 * expected, "{expected}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Mathematics of estimation, without rotors and without logs, each tool once.
 
 pub mod autocorrelation;
+pub(crate) mod bootstrap;
 pub(crate) mod censored_normal;
 pub mod consistency;
 pub mod cross_correlation;
@@ -12,10 +13,12 @@ pub mod golden_section;
 pub(crate) mod hats;
 pub(crate) mod integral;
 pub mod inversion;
+pub(crate) mod jackknife;
 pub(crate) mod kalman_smoother;
 pub mod lag_products;
 mod lagged_products;
 pub mod least_squares;
+pub(crate) mod line_spectrum;
 pub mod measured_rows;
 pub mod moments;
 pub mod noise_by_blocks;

@@ -57,6 +57,13 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
+/// The median difference of neighbours, as of stamps [s] that is their usual interval [s]; `None` of fewer than two.
+#[must_use]
+pub fn median_step(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut last = None;
+    median(values.into_iter().filter_map(|value| last.replace(value).map(|last: f64| value - last)))
+}
+
 /// The median as statistics has it: of an even number, the mean of the two in the middle. `None` of none.
 #[must_use]
 pub fn middle(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -82,6 +89,12 @@ mod tests {
         assert_eq!(median([f64::NAN]), None);
         assert_eq!(distinct(&[3.0, f64::NAN, 1.0, 3.0]), [1.0, 3.0]);
         assert_eq!(sorted([2.0, f64::INFINITY, -1.0]), [-1.0, 2.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn the_usual_step_is_that_of_neighbours() {
+        assert_eq!(median_step([0.0, 1.0, 3.0, 4.0, 14.0]), Some(2.0));
+        assert_eq!((median_step([5.0]), median_step([])), (None, None));
     }
 
     #[test]

@@ -8,6 +8,7 @@ use super::rotor_mismatch::{self, FittedRotor};
 use super::single_rotor_fit::{SingleRotorFit, excited_part, follows, lag, scatter};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::{deviation, mean};
+use crate::estimation::slope::slope;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreeningError};
 use crate::signal::Sensor;
@@ -164,17 +165,14 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     if rows.len() < THRESHOLDS.fewest_steady_rows || high - low < THRESHOLDS.narrowest_steady_range {
         return None;
     }
-    let (command, rate) = (mean(&commands), mean(&rates));
-    let product =
-        commands.iter().zip(&rates).map(|(u, w)| (u - command) * (w - rate)).sum::<f64>() / rows.len() as f64;
-    let spread = deviation(commands.iter().copied());
-    let fall = -product / (spread * spread) * (high - low);
+    let (rise, _) = slope(&commands, &rates);
+    let [spread, scatter] = [&commands, &rates].map(|column| deviation(column.iter().copied()));
+    let fall = -rise * (high - low);
     // Where nobody read it the battery may have emptied meanwhile.
     let given_way = rotor.voltage.as_ref().map_or(THRESHOLDS.unread_battery_fall, |volts| {
         let (least, most) = bounds(&rows.iter().map(|&row| volts[row]).collect::<Vec<f64>>());
         if most > 0.0 { (most - least) / most } else { 0.0 }
     });
-    let taken = THRESHOLDS.voltage_power * rate.abs() * given_way;
-    (product < THRESHOLDS.falling_correlation * spread * deviation(rates.iter().copied()) && fall > taken)
-        .then_some((low, high))
+    let taken = THRESHOLDS.voltage_power * mean(&rates).abs() * given_way;
+    (rise * spread < THRESHOLDS.falling_correlation * scatter && fall > taken).then_some((low, high))
 }

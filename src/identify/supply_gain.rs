@@ -55,6 +55,7 @@ pub(crate) fn identify(rotors: &[RotorLog], full_voltage: f64) -> Option<SupplyG
     let levels: Vec<Level> = rotors.iter().flat_map(levels).collect();
     let degrees =
         (1..=HIGHEST_DEGREE).filter_map(|degree| Some((degree, fit(&levels, degree, full_voltage)?)));
+    let left_out = |fit: &Fit| fit.linear.left_out(&fit.design);
     let (degree, fit) = degrees.min_by(|a, b| left_out(&a.1).total_cmp(&left_out(&b.1)))?;
     supply_gain(&levels, degree, &fit)
 }
@@ -101,17 +102,6 @@ fn fit(levels: &[Level], degree: usize, full_voltage: f64) -> Option<Fit> {
     let rates = DVector::from_iterator(levels.len(), levels.iter().map(|level| level.rate));
     let linear = least_squares(&design, &rates)?;
     Some(Fit { design, linear })
-}
-
-/// Sum of squares that each level leaves when it is left out of the fit.
-fn left_out(fit: &Fit) -> f64 {
-    let Some(inverse) = (fit.design.transpose() * &fit.design).try_inverse() else { return f64::INFINITY };
-    let of = |row: usize| {
-        let own = fit.design.row(row);
-        let leverage = (own * &inverse * own.transpose())[(0, 0)];
-        (fit.linear.residuals[row] / (1.0 - leverage).max(f64::EPSILON)).powi(2)
-    };
-    (0..fit.design.nrows()).map(of).sum()
 }
 
 /// Places of the levels, log by log.

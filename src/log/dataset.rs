@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::thresholds::THRESHOLDS;
 use crate::cells::Cells;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 use crate::signal::columns;
 
 /// [s] to the nanosecond: what is finer is the rounding of a sum.
@@ -85,10 +85,6 @@ pub struct Dataset {
     columns: Vec<(String, Cells)>,
 }
 
-fn median_interval(time: &[f64]) -> f64 {
-    median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
-}
-
 impl Dataset {
     /// A log of `time` [s] without columns yet. `source_name` appears in messages and in the model's ladder,
     /// `sha256` is the content hash of the file (empty when there is no file).
@@ -115,7 +111,7 @@ impl Dataset {
                 });
             }
         }
-        let interval = median_interval(&time);
+        let interval = median_step(time.iter().copied()).unwrap_or(0.0);
         Ok(Self { source_name, sha256: sha256.into(), time: time.into(), interval, columns: Vec::new() })
     }
 
@@ -290,7 +286,7 @@ impl Dataset {
             source_name: self.source_name.clone(),
             sha256: self.sha256.clone(),
             time: self.time.part(rows.clone()),
-            interval: median_interval(&self.time[rows.clone()]),
+            interval: median_step(self.time[rows.clone()].iter().copied()).unwrap_or(0.0),
             columns: columns.collect(),
         }
     }

@@ -1,7 +1,7 @@
 //! Channels with clocks of their own, put into rows of one: nothing is interpolated, and no value is moved further than half
 //! an interval of the fastest clock.
 
-use crate::estimation::quantile::{median, sorted};
+use crate::estimation::quantile::{median_step, sorted};
 
 /// The rows that hold the stamps of several clocks, and where each stamp went.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,7 @@ pub(crate) struct Rows {
 /// within half an interval of the fastest, and becomes a row of its own elsewhere.
 pub(crate) fn merge(clocks: &[&[f64]]) -> Rows {
     let fastest = clocks.iter().max_by_key(|clock| clock.len()).copied().unwrap_or(&[]);
-    let half = 0.5 * median(fastest.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+    let half = 0.5 * median_step(fastest.iter().copied()).unwrap_or(0.0);
     let others = clocks.iter().filter(|clock| !std::ptr::eq(**clock, fastest));
     let others = others.flat_map(|clock| clock.iter().copied());
     let mut own =

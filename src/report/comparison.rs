@@ -4,7 +4,7 @@ mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::compare::{Block, Comparison, Direction, Regressor};
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 use crate::log::Dataset;
 use crate::log::signals::LOG_SIGNALS;
 use crate::report::thresholds::THRESHOLDS;
@@ -91,7 +91,7 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Screened
 fn whole_line(name: &str, time: &[f64], values: &[f64], gap: f64) -> Series {
     let known = time.iter().zip(values).filter(|(_, value)| value.is_finite());
     let (time, values): (Vec<f64>, Vec<f64>) = known.map(|(time, value)| (*time, *value)).unzip();
-    let usual = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+    let usual = median_step(time.iter().copied()).unwrap_or(0.0);
     Series::line(name, &time, &values).break_over(gap.max(THRESHOLDS.drawn_gap * usual))
 }
 

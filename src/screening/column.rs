@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::Finding;
 use super::channel::Judgement;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{median, sorted};
+use crate::estimation::quantile::{median_step, sorted};
 use crate::log::dataset::Dataset;
 use crate::log::signals::LOG_SIGNALS;
 
@@ -54,7 +54,7 @@ impl<'a> Column<'a> {
         let values = log.column(name)?;
         let present: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
         let time = log.time();
-        let interval = median(present.windows(2).map(|pair| time[pair[1]] - time[pair[0]])).unwrap_or(0.0);
+        let interval = median_step(present.iter().map(|row| time[*row])).unwrap_or(0.0);
         let sorted = sorted(present.iter().map(|row| values[*row]));
         Some(Self { log, name, values, judged, present, interval, sorted })
     }

@@ -1,7 +1,7 @@
 //! Short gaps of a channel bridged by straight lines, for what the channel drives.
 
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 
 /// The channel with straight lines over missing cells, where its readings come at an interval and only a few are missing. For
 /// what a channel drives; nothing is judged by what lies on such a line.
@@ -9,8 +9,7 @@ use crate::estimation::quantile::median;
 pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let mut bridged = values.to_vec();
-    let intervals = known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]);
-    let Some(interval) = median(intervals) else { return bridged };
+    let Some(interval) = median_step(known.iter().map(|row| time[*row])) else { return bridged };
     for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (from, to) = (pair[0], pair[1]);
         let span = time[to] - time[from];
@@ -30,10 +29,10 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
 pub fn carried(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut carried = bridged(time, values);
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let interval = median(known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]));
+    let interval = median_step(known.iter().map(|row| time[*row]));
     let Some(interval) = interval else { return carried };
     // Half a row less: a reading of every row stands for its own.
-    let rows = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+    let rows = median_step(time.iter().copied()).unwrap_or(0.0);
     let stands = interval - 0.5 * rows;
     for row in known {
         for behind in (row + 1..values.len()).take_while(|at| time[*at] - time[row] <= stands) {

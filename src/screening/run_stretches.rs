@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 
 impl RotorLog {
     /// The stretches of known commands, joined across holes over which the command is known, too: it is the same on both
@@ -19,7 +19,7 @@ impl RotorLog {
             })
             .map(|row| self.time[row])
             .collect();
-        let held = median(changes.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+        let held = median_step(changes).unwrap_or(0.0);
         let short = THRESHOLDS.short_hole * held;
         let is_known = |before: usize, after: usize| {
             self.is_hole(before)

@@ -4,7 +4,7 @@
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreenedLog};
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 
 /// Whether rates that are `interval` [s] apart are too far apart for a rotor with this pole [1/s].
 #[must_use]
@@ -21,9 +21,8 @@ pub fn rate_needed(pole: f64) -> f64 {
 /// [s] median time between two readings; `None` with fewer than two.
 #[must_use]
 pub fn reading_interval(time: &[f64], readings: &[f64]) -> Option<f64> {
-    let mut last = None;
     let read = time.iter().zip(readings).filter(|(_, reading)| reading.is_finite());
-    median(read.filter_map(|(time, _)| last.replace(*time).map(|last| time - last)))
+    median_step(read.map(|(time, _)| *time))
 }
 
 impl RotorLog {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::median_step;
 
 /// Usual intervals over which a curve breaks: as the reports draw it.
 const GAP: f64 = crate::report::thresholds::THRESHOLDS.drawn_gap;
@@ -162,7 +162,7 @@ impl<'a> Slots<'a> {
         };
         let present = samples.filter(|sample| (line.value)(*sample).is_finite()).take(THRESHOLDS.looked_at);
         let present: Vec<f64> = present.map(|sample| self.time[row_of(sample)]).collect();
-        let usual = median(present.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+        let usual = median_step(present).unwrap_or(0.0);
         let gaps = self.gaps(&y, usual);
         Drawn { y, gaps }
     }

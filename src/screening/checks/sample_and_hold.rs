@@ -5,7 +5,7 @@
 //! moves*: by many steps of the reading into a run of equal cells, and by many out of it. Of fresh readings nearly all
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
-use crate::estimation::quantile::{distinct, median};
+use crate::estimation::quantile::{distinct, median_step};
 use crate::screening::channel::{Channel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -81,7 +81,7 @@ impl Steps {
         let at = self.0.partition_point(|other| *other < value);
         let near = at.saturating_sub(THRESHOLDS.hold_neighbours)
             ..(at + THRESHOLDS.hold_neighbours + 1).min(self.0.len());
-        median(self.0[near].windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(f64::INFINITY)
+        median_step(self.0[near].iter().copied()).unwrap_or(f64::INFINITY)
     }
 }
 

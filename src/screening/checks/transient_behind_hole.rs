@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{median, median_step, quantile};
 use crate::screening::channel::Judgement;
 use crate::screening::rotor::Rotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog};
@@ -36,7 +36,7 @@ impl RotorLog {
         let holes: Vec<usize> =
             (0..self.time.len().saturating_sub(1)).filter(|row| self.is_hole(*row)).collect();
         let steps = self.steps();
-        let held = median(steps.windows(2).map(|pair| self.time[pair[1]] - self.time[pair[0]]));
+        let held = median_step(steps.iter().map(|row| self.time[*row]));
         let held = held.filter(|_| !holes.is_empty())?;
         let settling = self.settling(&steps, &holes);
         if held < THRESHOLDS.transient_held * settling.time {
