@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::search_arguments::SearchArguments;
 use super::usage_error::UsageError;
 use super::watched::{cancellable, searching};
@@ -21,19 +21,13 @@ pub struct Arguments {
     #[command(flatten)]
     pub(super) search: SearchArguments,
     #[command(flatten)]
-    force: Force,
-    /// Answer as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a page with the whole story (HTML)
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let search = &arguments.search;
-    writable(&arguments.report, search.inputs(), arguments.force)?;
+    writable(&arguments.answer.report, search.inputs(), arguments.answer.force)?;
     let model = session::open_model(&search.model)?;
     let (answer, page) = cancellable(|cancel| {
         let (train, validate) = search.open(cancel)?;
@@ -47,7 +41,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let next = next_steps(search, &diagnosis);
         let shown = if validate.is_empty() { &train } else { &validate };
         let job = Job::unwatched(cancel);
-        let page = arguments.report.as_ref().map(|path| {
+        let page = arguments.answer.report.as_ref().map(|path| {
             let compared =
                 session::compare_extension(&model, &diagnosis.model, shown, &search.windows(), &job)?;
             Ok::<_, CliError>((path, report::diagnosis::page(&diagnosis, &compared, shown, &next)))
@@ -60,7 +54,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let verdict = match &answer {
         Answer::Bench(diagnosis, next) => {
-            if arguments.json {
+            if arguments.answer.json {
                 println!("{}", json::answer(&json::diagnosis(diagnosis)?)?);
             } else {
                 print!("{}", report::story::diagnosis(diagnosis, next));
@@ -68,7 +62,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             diagnosis.verdict
         }
         Answer::Rotors(found) => {
-            if arguments.json {
+            if arguments.answer.json {
                 println!("{}", json::answer(&rotors::diagnoses_json(found)?)?);
             } else {
                 let whole = whole_story(search, found);
@@ -95,7 +89,7 @@ fn each_rotor(
     rotors: &[usize],
     cancel: &Cancel,
 ) -> Result<RotorDiagnoses, CliError> {
-    if arguments.report.is_some() {
+    if arguments.answer.report.is_some() {
         return Err(UsageError::ReportOfRotors { count: rotors.len(), first: rotors[0] }.into());
     }
     let config = arguments.search.config();

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::search_arguments::SearchArguments;
 use super::watched::{cancellable, searching};
 use super::{CliResult, Outcome};
+use crate::diagnose::Verdict;
 use crate::discover::LawVerdict;
 use crate::report::{self, json};
 use crate::session::{self, Job};
@@ -19,25 +20,23 @@ pub struct Arguments {
     #[arg(short, long)]
     output: Option<PathBuf>,
     #[command(flatten)]
-    force: Force,
-    /// Answer as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a page with the whole story (HTML)
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let search = &arguments.search;
-    writable(arguments.output.iter().chain(&arguments.report), search.inputs(), arguments.force)?;
+    writable(
+        arguments.output.iter().chain(&arguments.answer.report),
+        search.inputs(),
+        arguments.answer.force,
+    )?;
     let model = session::open_model(&search.model)?;
     let (mut found, page) = cancellable(|cancel| {
         let (train, validate) = search.open(cancel)?;
         let found =
             searching(cancel, |job| session::discover(&model, &train, &validate, &search.config(), job))?;
-        let Some(path) = &arguments.report else { return Ok((found, None)) };
+        let Some(path) = &arguments.answer.report else { return Ok((found, None)) };
         let shown = if validate.is_empty() { &train } else { &validate };
         let job = Job::unwatched(cancel);
         let compared = session::compare_extension(&model, &found.model, shown, &search.windows(), &job)?;
@@ -52,7 +51,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let Some((path, page)) = page {
         page.save(path)?;
     }
-    if arguments.json {
+    if arguments.answer.json {
         println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
     } else {
         print!("{}", report::discovery::text(&found));
@@ -60,6 +59,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
             println!("{}", report::discovery::written(law_file.is_some(), path));
         }
     }
-    let is_done = matches!(found.verdict, LawVerdict::Law | LawVerdict::Adequate);
+    let is_done = matches!(found.verdict, LawVerdict::Law | LawVerdict::Diagnosed(Verdict::Adequate));
     Ok(if is_done { Outcome::Done } else { Outcome::FoundWanting })
 }

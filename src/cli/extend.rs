@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::log_arguments::LogArguments;
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::usage_error::UsageError;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
@@ -49,13 +49,7 @@ pub struct Arguments {
     #[arg(short, long)]
     output: PathBuf,
     #[command(flatten)]
-    force: Force,
-    /// Answer as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a page with the whole story (HTML)
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
 }
 
 /// The answer, as `--json` writes it.
@@ -88,7 +82,11 @@ pub(super) struct Undone<'a> {
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
-    writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs, arguments.force)?;
+    writable(
+        std::iter::once(&arguments.output).chain(&arguments.answer.report),
+        inputs,
+        arguments.answer.force,
+    )?;
     let model = session::open_model(&arguments.model)?;
     if arguments.step_back {
         return step_back(&model, arguments);
@@ -96,16 +94,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (extended, page) = match cancellable(|cancel| work(&model, arguments, cancel))? {
         Work::Done(extended, page) => (extended, page),
         Work::NothingToChange { error, is_at_floor } => {
-            return nothing_to_change(&model, &error, is_at_floor, arguments.json);
+            return nothing_to_change(&model, &error, is_at_floor, arguments.answer.json);
         }
     };
     let Extended { extension, findings, has_fallen } = &*extended;
     session::save_model(&extension.model, &arguments.output)?;
-    if let Some((path, page)) = arguments.report.as_ref().zip(page) {
+    if let Some((path, page)) = arguments.answer.report.as_ref().zip(page) {
         page.save(path)?;
     }
     let warnings = sentences(findings);
-    if arguments.json {
+    if arguments.answer.json {
         let answer = Answer {
             added: &arguments.effect,
             error: &extension.error,
@@ -163,7 +161,7 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<Work, C
         found => Box::new(found?),
     };
     session::name_after(&mut extended.extension.model, &arguments.output);
-    if arguments.report.is_none() {
+    if arguments.answer.report.is_none() {
         return Ok(Work::Done(extended, None));
     }
     let shown = if validate.is_empty() { &train } else { &validate };
@@ -181,7 +179,7 @@ fn step_back(model: &Model, arguments: &Arguments) -> CliResult {
         .map_err(|error| UsageError::Model { path: arguments.model.clone(), error: Box::new(error) })?;
     session::name_after(&mut back, &arguments.output);
     session::save_model(&back, &arguments.output)?;
-    if arguments.json {
+    if arguments.answer.json {
         let undone = model.ladder.last().map(|step| &step.added[..]);
         println!("{}", json::answer(&Undone { undone, model: &back })?);
     } else {

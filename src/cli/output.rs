@@ -32,6 +32,19 @@ pub struct Force {
     force: bool,
 }
 
+/// How a command answers that writes a page with the whole story, too.
+#[derive(Debug, clap::Args)]
+pub struct AnswerArguments {
+    #[command(flatten)]
+    pub(super) force: Force,
+    /// Answer as JSON on standard output
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Write a page with the whole story (HTML)
+    #[arg(long, value_name = "FILE")]
+    pub(super) report: Option<PathBuf>,
+}
+
 impl Force {
     /// Refuses what is there already, unless it may be replaced.
     pub(super) fn check<'a>(self, results: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), UsageError> {

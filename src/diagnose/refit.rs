@@ -3,7 +3,7 @@
 use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::model_selection::{joint_floors, weigh_channels};
+use super::model_selection::weigh_channels;
 use super::problem::Problem;
 use super::search_result::SearchResult;
 use super::search_space::Search;
@@ -50,7 +50,7 @@ impl Search<'_> {
     pub(crate) fn refit_near(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
         let (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
         let (answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
-        found(split, [nominal, refitted, answer], changed)
+        SearchResult::of_one(split, [nominal, refitted, answer], changed)
     }
 
     /// The same for a rung of a ladder: fitted again with each channel weighed by what is left with the effects in, and all
@@ -81,7 +81,7 @@ impl Search<'_> {
         }
         let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
         self.measure_in_one_unit(&mut split, [&mut nominal, &mut refitted, &mut answer]);
-        found(split, [nominal, refitted, answer], changed)
+        SearchResult::of_one(split, [nominal, refitted, answer], changed)
     }
 
     /// The nominal and the refitted baseline, and the fit with the effects.
@@ -144,15 +144,4 @@ impl Search<'_> {
             (fitted.fit, fitted.held_out) = (of(&split.train), of(&split.validate));
         }
     }
-}
-
-fn found(
-    split: DataSplit,
-    [nominal, refitted, answer]: [CandidateFit; 3],
-    changed: Vec<String>,
-) -> SearchResult {
-    let floors = joint_floors(&split, &answer);
-    let ladder = vec![refitted.clone(), answer.clone()];
-    let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
-    SearchResult { split, nominal, refitted, singles, answer, ladder, alternatives, dropped, floors, changed }
 }

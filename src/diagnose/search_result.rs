@@ -2,7 +2,7 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::model_selection::{floor, over_floor};
+use super::model_selection::{floor, joint_floors, over_floor};
 use super::not_named::NotNamed;
 use super::refusal::Refusal;
 use super::surrogate_test::SurrogateTest;
@@ -49,6 +49,18 @@ pub struct SearchResult {
 }
 
 impl SearchResult {
+    /// That of an answer which was not searched for: nothing else was tried, and its ladder is one step.
+    pub(crate) fn of_one(
+        split: DataSplit,
+        [nominal, refitted, answer]: [CandidateFit; 3],
+        changed: Vec<String>,
+    ) -> Self {
+        let floors = joint_floors(&split, &answer);
+        let ladder = vec![refitted.clone(), answer.clone()];
+        let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
+        Self { split, nominal, refitted, singles, answer, ladder, alternatives, dropped, floors, changed }
+    }
+
     /// The largest held-out error of a fit over its noise floor, and the channel it is in.
     #[must_use]
     pub fn over_floor(&self, fitted: &CandidateFit) -> (f64, usize) {

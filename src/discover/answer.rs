@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::{ChangedParameter, ErrorSummary, FoundParameter};
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::effect::Site;
 use crate::model::{Model, UserEffect};
 use crate::screening::Finding;
@@ -21,14 +21,9 @@ pub enum LawVerdict {
     Shape,
     /// Effects of the catalogue explain what is missing.
     Catalogue,
-    /// Nothing is missing that these data could show.
-    Adequate,
-    /// No law is missing; numbers of the base have changed.
-    ParametersChanged,
-    /// Something is missing, and no function of the channels explains it.
-    Unknown,
-    /// These data cannot tell.
-    InsufficientData,
+    /// What a diagnosis says, where it names no effect; `unknown`: nor does any function of the channels explain it.
+    #[serde(untagged)]
+    Diagnosed(Verdict),
 }
 
 /// A place where a law may act, and how much a smooth function there explains.

@@ -23,10 +23,7 @@ use crate::model::Model;
 pub(crate) fn of_catalogue(diagnosis: Diagnosis) -> Discovery {
     let verdict = match diagnosis.verdict {
         Verdict::MissingEffect => LawVerdict::Catalogue,
-        Verdict::Adequate => LawVerdict::Adequate,
-        Verdict::ParametersChanged => LawVerdict::ParametersChanged,
-        Verdict::Unknown => LawVerdict::Unknown,
-        Verdict::InsufficientData => LawVerdict::InsufficientData,
+        other => LawVerdict::Diagnosed(other),
     };
     Discovery {
         verdict,
@@ -62,7 +59,7 @@ pub(crate) fn conclude(
     let mut answer = of_catalogue(diagnosis);
     let block = if asked.split().train.is_rotor() { "rotors" } else { "body" };
     answer.block = Some(block.to_owned());
-    answer.verdict = LawVerdict::Unknown;
+    answer.verdict = LawVerdict::Diagnosed(Verdict::Unknown);
     answer.r#where = shares(&searched);
     let shape = Shaped::of(&searched);
     let Some(formula) = searched.formula.clone().filter(|formula| explains(&searched, formula)) else {
@@ -144,22 +141,8 @@ fn with_law(searched: &BlockResult, formula: &Formula) -> Option<SearchResult> {
     let found = task.found;
     let (answer, changed) =
         search.select_parameters(&found.split, &found.nominal, &found.refitted, &formula.fitted);
-    let floors = joint_floors(&found.split, &answer);
-    let ladder = vec![found.refitted.clone(), answer.clone()];
-    let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
-    let (split, nominal, refitted) = (found.split.clone(), found.nominal.clone(), found.refitted.clone());
-    let mut result = SearchResult {
-        split,
-        nominal,
-        refitted,
-        singles,
-        answer,
-        ladder,
-        alternatives,
-        dropped,
-        floors,
-        changed,
-    };
+    let fits = [found.nominal.clone(), found.refitted.clone(), answer];
+    let mut result = SearchResult::of_one(found.split.clone(), fits, changed);
     search.allow_for_what_is_missing(&mut result);
     Some(result)
 }

@@ -111,7 +111,14 @@ mod tests {
             Piece::new(time, values)
         };
         let pieces = [piece(0.0, 3.0), piece(20.0, -40.0)];
-        let search = LineSearch { fewest_turns: 3.0, apart: 2.0, most: 2 };
+        let search = LineSearch {
+            fewest_turns: 3.0,
+            apart: 2.0,
+            most: 2,
+            tries_per_turn: 3.0,
+            highest: 0.25,
+            most_tried: 6000,
+        };
         let found = lines(&pieces, search);
         // A sixth of a turn over 32 s.
         let off = std::f64::consts::TAU / 6.0 / 32.0;

@@ -82,15 +82,13 @@ pub fn headline(found: &Discovery, mark: &str) -> String {
              No formula that was tried does.",
             100.0 * found.shape.as_ref().map_or(0.0, |shape| shape.explained)
         ),
-        LawVerdict::Unknown => {
+        LawVerdict::Diagnosed(Verdict::Unknown) => {
             "Something is missing, and no function of what was logged explains it.".to_owned()
         }
-        LawVerdict::Catalogue | LawVerdict::Adequate => {
+        LawVerdict::Catalogue | LawVerdict::Diagnosed(Verdict::Adequate) => {
             format!("No law is to be discovered. {}", catalogue(found, mark))
         }
-        LawVerdict::ParametersChanged | LawVerdict::InsufficientData => {
-            verdict::sentence(&found.diagnosis, mark)
-        }
+        LawVerdict::Diagnosed(_) => verdict::sentence(&found.diagnosis, mark),
     }
 }
 
@@ -202,8 +200,8 @@ pub fn written(is_law: bool, path: &Path) -> String {
 pub fn page(found: &Discovery, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) -> Page {
     let mut page = Page::new("A law that no catalogue has");
     let mark = match found.verdict {
-        LawVerdict::Adequate | LawVerdict::Law => Mark::Good,
-        LawVerdict::Unknown => Mark::Bad,
+        LawVerdict::Diagnosed(Verdict::Adequate) | LawVerdict::Law => Mark::Good,
+        LawVerdict::Diagnosed(Verdict::Unknown) => Mark::Bad,
         _ => Mark::Warning,
     };
     page.verdict(mark, headline(found, "**"));

@@ -1,16 +1,54 @@
 //! What `diagnose --json` answered, read as a stranger reads it: by the contract alone.
 
+use std::error::Error;
 use std::path::Path;
 use std::process::Command;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use std::{fs, io};
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// One answer, or why there is none.
 pub struct Answer {
     pub json: Result<Value, String>,
     pub seconds: f64,
+}
+
+/// Asks about every case of a folder that `counts`, on so many threads; what `judge` makes of the answers, in the cases' order.
+pub fn ask_all<T: Send>(
+    (folder, program, jobs): (&Path, &Path, usize),
+    command: &str,
+    counts: impl Fn(&Value) -> bool,
+    judge: impl Fn(&str, &Value, &Answer) -> Option<T> + Sync,
+) -> Result<Vec<T>, Box<dyn Error>> {
+    let program = fs::canonicalize(program).map_err(|error| format!("{}: {error}", program.display()))?;
+    let path = folder.join("truth.json");
+    let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let truths: Map<String, Value> = serde_json::from_str(&text)?;
+    let asked: Vec<(&String, &Value)> = truths.iter().filter(|(_, truth)| counts(truth)).collect();
+    let (next, all) = (AtomicUsize::new(0), Mutex::new(Vec::<(usize, T)>::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| {
+                while let Some((number, (name, truth))) = {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    asked.get(at).map(|case| (at, *case))
+                } {
+                    let answer = ask(&program, &folder.join(name), command)
+                        .unwrap_or_else(|error| Answer { json: Err(error.to_string()), seconds: 0.0 });
+                    let Some(one) = judge(name, truth, &answer) else { continue };
+                    if let Ok(mut all) = all.lock() {
+                        all.push((number, one));
+                    }
+                }
+            });
+        }
+    });
+    let mut all = all.into_inner().map_err(|_| "a judge gave up")?;
+    all.sort_by_key(|(number, _)| *number);
+    Ok(all.into_iter().map(|(_, one)| one).collect())
 }
 
 /// Asks the program about the logs in `folder`. The logs are copied under names that say nothing, away from

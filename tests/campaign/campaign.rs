@@ -30,8 +30,6 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use rand::SeedableRng;
@@ -41,7 +39,6 @@ use serde_json::{Map, Value};
 use case::{CHANGES, Question};
 use catalogue::Kind;
 use outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
-use score::Judged;
 
 #[derive(Parser)]
 enum CommandLine {
@@ -164,41 +161,14 @@ fn score(
     only: Option<&str>,
     brief: bool,
 ) -> Result<bool, Box<dyn Error>> {
-    let binary = fs::canonicalize(binary).map_err(|error| format!("{}: {error}", binary.display()))?;
-    let truth_path = folder.join("truth.json");
-    let text =
-        fs::read_to_string(&truth_path).map_err(|error| format!("{}: {error}", truth_path.display()))?;
-    let truths: Map<String, Value> = serde_json::from_str(&text)?;
-    let asked: Vec<(&String, &Value)> = truths
-        .iter()
-        .filter(|(_, truth)| {
-            only.is_none_or(|only| truth["effect"].as_str().is_some_and(|e| e.contains(only)))
-        })
-        .collect();
-    let (next, judged) = (AtomicUsize::new(0), Mutex::new(Vec::<(usize, Judged)>::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..jobs {
-            scope.spawn(|| {
-                while let Some((number, (name, truth))) = {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    asked.get(at).map(|case| (at, *case))
-                } {
-                    let answer =
-                        answer::ask(&binary, &folder.join(name), "diagnose").unwrap_or_else(|error| {
-                            answer::Answer { json: Err(error.to_string()), seconds: 0.0 }
-                        });
-                    let one = score::judge(name, truth, &answer);
-                    eprintln!("{name} {}: {:?}, {}", one.truth, one.mark, one.said);
-                    if let Ok(mut all) = judged.lock() {
-                        all.push((number, one));
-                    }
-                }
-            });
-        }
-    });
-    let mut judged = judged.into_inner().map_err(|_| "a judge gave up")?;
-    judged.sort_by_key(|(number, _)| *number);
-    let judged: Vec<Judged> = judged.into_iter().map(|(_, one)| one).collect();
+    let counts =
+        |truth: &Value| only.is_none_or(|only| truth["effect"].as_str().is_some_and(|e| e.contains(only)));
+    let judge = |name: &str, truth: &Value, answer: &answer::Answer| {
+        let one = score::judge(name, truth, answer);
+        eprintln!("{name} {}: {:?}, {}", one.truth, one.mark, one.said);
+        Some(one)
+    };
+    let judged = answer::ask_all((folder, binary, jobs), "diagnose", counts, judge)?;
     if !brief {
         println!("{}", score::case_table(&judged));
     }

@@ -1,17 +1,14 @@
 //! Asks `discover` for laws outside the catalogue, and about cases in which no law is hidden.
 
 use std::error::Error;
-use std::fs;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::answer::{self, Answer};
 use crate::case::Question;
 use crate::catalogue::Kind;
-use crate::law_score::{Found, judge, line, tables};
+use crate::law_score::{judge, line, tables};
 use crate::laws::FAMILIES;
 use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
 
@@ -45,15 +42,17 @@ pub fn score(
     only: Option<&str>,
     brief: bool,
 ) -> Result<bool, Box<dyn Error>> {
-    let binary = fs::canonicalize(binary).map_err(|error| format!("{}: {error}", binary.display()))?;
-    let truths: Map<String, Value> = serde_json::from_str(&fs::read_to_string(folder.join("truth.json"))?)?;
     let law_of = |truth: &Value| {
         let named = truth["parameters"]["law"].as_str().or_else(|| truth["effect"].as_str());
         named.unwrap_or_default().to_owned()
     };
-    let asked: Vec<(&String, &Value)> =
-        truths.iter().filter(|(_, truth)| only.is_none_or(|only| law_of(truth).contains(only))).collect();
-    let all = asked_all(&asked, folder, &binary, jobs)?;
+    let counts = |truth: &Value| only.is_none_or(|only| law_of(truth).contains(only));
+    let judge = |name: &str, truth: &Value, answer: &Answer| {
+        let found = judge(name, truth, &folder.join(name), answer).ok()?;
+        eprintln!("{}", line(&found));
+        Some(found)
+    };
+    let all = answer::ask_all((folder, binary, jobs), "discover", counts, judge)?;
     if !brief {
         println!(
             "| case | hidden | formula | place | form | error / floor | s | answer |\n|---|---|---|---|---|---|---|---|"
@@ -63,38 +62,6 @@ pub fn score(
     let (table, reached) = tables(&all);
     println!("{table}");
     Ok(reached)
-}
-
-/// The answers about the cases, in their order.
-fn asked_all(
-    asked: &[(&String, &Value)],
-    folder: &Path,
-    binary: &Path,
-    jobs: usize,
-) -> Result<Vec<Found>, Box<dyn Error>> {
-    let (next, all) = (AtomicUsize::new(0), Mutex::new(Vec::<(usize, Found)>::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..jobs {
-            scope.spawn(|| {
-                while let Some((number, (name, truth))) = {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    asked.get(at).map(|case| (at, *case))
-                } {
-                    let own = folder.join(name);
-                    let said = answer::ask(binary, &own, "discover")
-                        .unwrap_or_else(|error| Answer { json: Err(error.to_string()), seconds: 0.0 });
-                    let Ok(found) = judge(name, truth, &own, &said) else { continue };
-                    eprintln!("{}", line(&found));
-                    if let Ok(mut all) = all.lock() {
-                        all.push((number, found));
-                    }
-                }
-            });
-        }
-    });
-    let mut all = all.into_inner().map_err(|_| "a judge gave up")?;
-    all.sort_by_key(|(number, _)| *number);
-    Ok(all.into_iter().map(|(_, found)| found).collect())
 }
 
 #[cfg(test)]
