@@ -32,6 +32,9 @@ pub struct Arguments {
     /// units are -, %, us, ms and dshot. May be given several times
     #[arg(long, value_name = "COLUMN=SIGNAL[:UNIT]", conflicts_with_all = ["mapping", "output"])]
     column: Vec<String>,
+    /// Model of the bench that the log's columns are held against, a file or `paper`: units that were mistaken show beside it
+    #[arg(long, value_name = "M", default_value = "paper")]
+    model: PathBuf,
     /// Write the log here; without it only the report is made
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
@@ -81,10 +84,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Err(UsageError::NothingGuessed { log: arguments.log.clone() }.into());
     }
     let config = arguments.logs.open_config();
+    let model = session::open_model(&arguments.model)?;
     let (opened, findings) = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
         let opened = session::open(&arguments.log, &config, &job)?;
-        let findings = session::summarize(&opened.log, &job)?;
+        let findings = session::summarize(&opened.log, &model, &job)?;
         Ok((opened, findings))
     })?;
     let Opened { log, format, notes, frames } = opened;

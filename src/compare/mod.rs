@@ -42,7 +42,6 @@ use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
 use crate::screening::requirements::check_magnitudes;
-use crate::screening::telemetry_rate::too_seldom;
 use crate::threads::{spread, spread_out};
 
 pub use config::CompareConfig;
@@ -138,13 +137,16 @@ pub fn compare(
             needed: THRESHOLDS.fewest_samples,
         });
     }
-    check_magnitudes(log.raw())?;
+    check_magnitudes(log)?;
     let runs = models.iter().map(|model| run(model, log, config)).collect::<Result<Vec<_>, _>>()?;
     if runs.iter().all(Vec::is_empty) {
         return Err(log.nothing_scored().into());
     }
-    let mistaken = mistaken_columns(models, log);
-    let warnings: Vec<Finding> = log.findings().filter(|it| !mistaken.contains(it)).cloned().collect();
+    // Findings, nothing is refused: a comparison may be what somebody looks at to find that out.
+    let beside = |model| identify::mistaken_and_lacking(std::slice::from_ref(log), model);
+    let [mistaken, lacking] = models.first().map(beside).unwrap_or_default();
+    let of_log = log.findings().filter(|it| !mistaken.contains(it));
+    let warnings: Vec<Finding> = of_log.chain(&lacking).cloned().collect();
     let noise = Noise::estimate(log.dataset(), &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
@@ -156,20 +158,11 @@ pub fn compare(
             log: log.source_name().to_owned(),
             blocks,
             unknown_torque,
-            findings: [&warnings[..], &too_seldom(std::slice::from_ref(log), model.actuator.pole)].concat(),
+            findings: warnings.clone(),
             mistaken_columns: mistaken.clone(),
         });
     }
     Ok(comparisons)
-}
-
-/// Findings, nothing is refused: a comparison may be what somebody looks at to find that out.
-fn mistaken_columns(models: &[Model], log: &ScreenedLog) -> Vec<Finding> {
-    let Some(model) = models.first() else { return Vec::new() };
-    match identify::check_columns(std::slice::from_ref(log), model) {
-        Ok(found) => log.mistaken().cloned().chain(found).collect(),
-        Err(error) => vec![error.into_finding()],
-    }
 }
 
 /// The scores of a model's blocks, and the torque that it lacks.

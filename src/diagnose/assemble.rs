@@ -18,6 +18,7 @@ use crate::effect;
 use crate::estimation::moments::mean_square;
 use crate::model::{Effect, Measure, Model};
 use crate::screening::ScreenedLog;
+use crate::screening::attitude::inertia_in_degrees;
 
 /// The answer from what was found in each block, and the verdict on it.
 pub(crate) fn conclude(
@@ -31,17 +32,20 @@ pub(crate) fn conclude(
     let effects: Vec<String> = blocks.iter().flat_map(|found| found.answer.effects.clone()).collect();
     let (main, channel) = main_block(blocks);
     let extended = merged(model, blocks, verdicts);
+    let changed_parameters = changed_parameters(model, blocks, verdicts);
+    let inertia = changed_parameters.iter().find(|changed| changed.is_inertia());
+    let in_degrees = inertia.and_then(|inertia| inertia_in_degrees(inertia.from, inertia.to));
     let (alternatives, alternative_errors): (Vec<_>, Vec<_>) = alternatives(blocks).into_iter().unzip();
     let next_experiment = next_experiment(&effects, &alternatives);
     Diagnosis {
         verdict,
         parameters: parameters(&extended, known, &effects),
-        changed_parameters: changed_parameters(model, blocks, verdicts),
+        changed_parameters,
         error: error_summary(main, channel, config),
         r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|fitted| rung(main, fitted, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, &effects)).collect(),
-        findings: super::caveats::warnings(logs, blocks),
+        findings: super::caveats::warnings(logs, blocks).into_iter().chain(in_degrees).collect(),
         next_experiment,
         turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,

@@ -9,7 +9,7 @@ use super::refusal::Refusal;
 use super::thresholds::THRESHOLDS;
 use crate::model::{Measure, Model};
 use crate::screening::Finding;
-use crate::screening::attitude::DEGREES;
+use crate::screening::attitude::inertia_in_degrees;
 
 /// The verdict.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -56,7 +56,7 @@ impl ChangedParameter {
     /// An inertia as much smaller than the model's as a degree is than a radian.
     #[must_use]
     pub fn is_in_degrees(&self) -> bool {
-        self.is_inertia() && DEGREES.contains(&(self.from / self.to))
+        self.is_inertia() && inertia_in_degrees(self.from, self.to).is_some()
     }
 }
 

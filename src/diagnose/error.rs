@@ -2,7 +2,6 @@
 
 use super::diagnosis::ErrorSummary;
 use super::refusal::Refusal;
-use crate::identify::IdentifyError;
 use crate::model::ModelError;
 use crate::screening::ScreeningError;
 use crate::unit::short;
@@ -16,9 +15,6 @@ pub enum DiagnoseError {
     /// A log that cannot be used, or none that any block of the model can be compared with.
     #[error(transparent)]
     Screening(#[from] ScreeningError),
-    /// A column that cannot be what its name says, or is of another rotor than the model's.
-    #[error(transparent)]
-    Column(#[from] IdentifyError),
     /// An effect cannot be added from these logs.
     #[error("effect `{effect}`: {why}")]
     Refused {

@@ -16,6 +16,8 @@ use super::thresholds::THRESHOLDS;
 use super::{DiagnoseError, check_logs};
 use crate::identify;
 use crate::model::{Effect, ErrorFall, LogReference, Model, ModelStep};
+use crate::screening::attitude::inertia_in_degrees;
+use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedLog};
 
 /// A model with more effects.
@@ -82,6 +84,7 @@ pub fn extend(
     let answers = blocks.found.iter().map(|found| &found.answer);
     findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
     let mut extended = blocks.merged(model);
+    findings.extend(inertia_in_degrees(model.body.inertia, extended.body.inertia));
     extended.ladder.push(step(model, ids, [train, validate], &error));
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings })
 }
@@ -95,17 +98,14 @@ fn check(
     config: &DiagnoseConfig,
 ) -> Result<(Option<Stretches>, Vec<Finding>), DiagnoseError> {
     let logs = [train, validate].concat();
-    let mut findings: Vec<Finding> = logs.iter().flat_map(ScreenedLog::findings).cloned().collect();
+    let mut findings: Vec<Finding> = logs.iter().flat_map(|log| LogSummary::of(log).findings).collect();
     check_effects(model, ids, &logs)?;
     let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &requested, &logs)?;
+    findings.extend(identify::check_columns(&logs, model)?);
     let part = Stretches::of(train, validate, config.searched_rows);
-    if part.is_some() {
-        logs.iter().try_for_each(ScreenedLog::refuse)?;
-    }
     let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
     findings.extend(caveats::seen_by_base(model, train, validate));
-    findings.extend(identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?);
     pooled_logs::check(model, known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
     Ok((part, findings))
 }

@@ -62,8 +62,7 @@ use stretches::Stretches;
 use crate::identify;
 use crate::model::{Effect, Model, UndefinedRow};
 use crate::screening::ScreenedLog;
-use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
-use crate::screening::telemetry_rate::too_seldom;
+use crate::screening::requirements::{check_magnitudes, repeated};
 
 pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
@@ -118,21 +117,17 @@ fn search_blocks(
     let known = model.known_effects()?;
     let logs = [train, validate].concat();
     check_logs(model, &known, &logs)?;
+    let findings = identify::check_columns(&logs, model)?;
     let part = Stretches::of(train, validate, config.searched_rows);
-    if part.is_some() {
-        logs.iter().try_for_each(ScreenedLog::refuse)?;
-    }
     let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
     let seen = seen.as_ref().unwrap_or(&logs);
-    let findings = identify::check_columns(seen, model)?;
     pooled_logs::check(model, &known, seen, config.horizon)?;
     let task = DiagnosisTask { model, known: &known, logs: &logs, config, progress, keeps_blocks };
     let (mut diagnosis, blocks) = match &part {
         None => task.answer(task.searched(train, validate)?, &logs),
         Some(part) => task.on_stretches(part, seen, (train, validate))?,
     };
-    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
-    let said = said.chain(too_seldom(&logs, model.actuator.pole));
+    let said = repeated(train, validate).into_iter().chain(findings);
     let said = said.chain(caveats::seen_by_base(model, train, validate));
     diagnosis.findings.splice(0..0, said);
     Ok(SearchedBlocks { diagnosis, found: blocks.found, verdicts: blocks.verdicts })
@@ -220,7 +215,7 @@ pub(crate) fn check_logs(
     logs: &[ScreenedLog],
 ) -> Result<(), DiagnoseError> {
     for log in logs {
-        check_magnitudes(log.raw())?;
+        check_magnitudes(log)?;
         let log = log.dataset();
         let undefined = model.first_undefined_row(effects, log.time(), &|name| log.column(name))?;
         if let Some(UndefinedRow { effect, time, signals }) = undefined {

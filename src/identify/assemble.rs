@@ -157,7 +157,7 @@ impl Work<'_> {
         let signals = self.excited.iter().map(|rotor| signals(rotor, &actuator));
         let response = frequency_response::response(&signals.collect::<Vec<Signals<'_>>>());
         self.findings.extend(validation.iter().flat_map(ScreenedLog::channel_findings).cloned());
-        let mut other = rotor_logs(validation, self.settings, &mut self.findings)?;
+        let mut other = rotor_logs(validation, self.settings, &mut self.findings);
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }

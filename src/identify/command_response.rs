@@ -2,15 +2,15 @@
 //! no slower than a rotor can, and not before them; and whether rotors differ. A joint fit makes numbers of them in any
 //! case, and its findings then name wrong reasons.
 
-use super::IdentifyError;
 use super::command_timing;
 use super::rotor_mismatch::{self, FittedRotor};
 use super::single_rotor_fit::{SingleRotorFit, excited_part, follows, lag, scatter};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::{deviation, mean};
 use crate::estimation::slope::slope;
+use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
-use crate::screening::{Finding, ScreeningError};
+use crate::screening::suspicion::{Stops, Suspicion};
 use crate::signal::Sensor;
 
 /// Milliseconds and microseconds in a second, and a factor that says about as much.
@@ -39,35 +39,34 @@ impl<'a> CommandResponses<'a> {
         Self { rotors, full_voltage, excited, own, pairs }
     }
 
-    /// Refuses rates that cannot be those of the commands beside them. `pole` [1/s] is that of the bench's model, where there is
-    /// one: beside it a slow rotor has another reason than its time, unless that is off by the factor of a unit.
-    ///
-    /// # Errors
-    /// [`IdentifyError`] with the log, and what its columns or its time may be instead.
-    pub fn refuse(&self, pole: Option<f64>) -> Result<(), IdentifyError> {
-        let refuse = |found: Option<Finding>| {
-            found.map_or(Ok(()), |it| Err(IdentifyError::from(ScreeningError::Column(Box::new(it)))))
+    /// Rates that can hardly be those of the commands beside them; where they cannot, that is all of it. `pole` [1/s] is that of the
+    /// bench's model: beside it a slow rotor has another reason than its time, unless that is off by the factor of a unit.
+    pub fn suspicions(&self, pole: f64) -> Vec<Suspicion> {
+        let crossed = self.pairs.iter().filter_map(|pair| self.crossed(*pair));
+        let crossed: Vec<Suspicion> = crossed.map(Suspicion::impossible).collect();
+        if !crossed.is_empty() {
+            return crossed;
+        }
+        let wrong = |(rotor, follows): (&RotorLog, &Option<SingleRotorFit>)| {
+            let slow = follows.as_ref().and_then(|follows| too_slow(rotor, follows, pole));
+            slow.or_else(|| falls(rotor, follows.as_ref()).map(Suspicion::impossible))
         };
-        for &(one, other) in &self.pairs {
-            if let (Some(first), Some(second)) = (&self.excited[one], &self.excited[other]) {
-                let rates = [&self.rotors[one].rate[..], &self.rotors[other].rate];
-                refuse(crossed(
-                    [first, second],
-                    rates,
-                    [&self.own[one], &self.own[other]],
-                    self.full_voltage,
-                ))?;
-            }
+        let mut found: Vec<Suspicion> = self.rotors.iter().zip(&self.own).filter_map(wrong).collect();
+        if found.iter().all(|it| it.stops != Stops::Fits) {
+            found.extend(self.lead().map(Suspicion::said));
         }
-        for (rotor, follows) in self.rotors.iter().zip(&self.own) {
-            refuse(follows.as_ref().and_then(|follows| too_slow(rotor, follows, pole)))?;
-            refuse(falls(rotor, follows.as_ref()))?;
-        }
-        Ok(())
+        found
+    }
+
+    /// Rates of one of two rotors of a log that follow the other's commands.
+    fn crossed(&self, (one, other): (usize, usize)) -> Option<Finding> {
+        let parts = [self.excited[one].as_ref()?, self.excited[other].as_ref()?];
+        let rates = [&self.rotors[one].rate[..], &self.rotors[other].rate];
+        crossed(parts, rates, [&self.own[one], &self.own[other]], self.full_voltage)
     }
 
     /// Whether rates lead their commands: the first rotor whose do.
-    pub fn lead(&self) -> Option<Finding> {
+    fn lead(&self) -> Option<Finding> {
         let lead = |(part, own): (&Option<RotorLog>, &Option<SingleRotorFit>)| {
             let part = part.as_ref()?;
             let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
@@ -76,15 +75,12 @@ impl<'a> CommandResponses<'a> {
         self.excited.iter().zip(&self.own).find_map(lead)
     }
 
-    /// Whether rates lead their commands, or the rotors of a log differ: what a fit leaves over then has that reason.
+    /// Whether the rotors of a log differ: what a fit leaves over then has that reason.
     pub fn mismatch(&self) -> Option<Finding> {
-        let of_a_log = || {
-            let mut pairs = self.pairs.iter();
-            pairs.find_map(|&(one, other)| {
-                rotor_mismatch::of_a_log([self.fitted(one), self.fitted(other)], self.full_voltage)
-            })
-        };
-        self.lead().or_else(of_a_log)
+        let mut pairs = self.pairs.iter();
+        pairs.find_map(|&(one, other)| {
+            rotor_mismatch::of_a_log([self.fitted(one), self.fitted(other)], self.full_voltage)
+        })
     }
 
     /// Whether rotors of two logs differ: each against the first that moves.
@@ -131,16 +127,12 @@ fn crossed(
 }
 
 /// A time that is no bench's.
-fn too_slow(rotor: &RotorLog, follows: &SingleRotorFit, expected: Option<f64>) -> Option<Finding> {
+fn too_slow(rotor: &RotorLog, follows: &SingleRotorFit, expected: f64) -> Option<Suspicion> {
     let pole = follows.fit.pole;
-    let is_unit = |expected: f64| {
-        TIMES.iter().any(|unit| {
-            (1.0 / THRESHOLDS.time_unit_factor..THRESHOLDS.time_unit_factor)
-                .contains(&(unit * pole / expected))
-        })
-    };
-    (follows.is_plain() && pole < THRESHOLDS.slowest_pole && expected.is_none_or(is_unit))
-        .then(|| rotor.finding("rotor_too_slow").with("pole_rad_s", pole))
+    let near = 1.0 / THRESHOLDS.time_unit_factor..THRESHOLDS.time_unit_factor;
+    let is_unit = TIMES.iter().any(|unit| near.contains(&(unit * pole / expected)));
+    let finding = rotor.finding("rotor_too_slow").with("pole_rad_s", pole);
+    (follows.is_plain() && pole < THRESHOLDS.slowest_pole).then(|| Suspicion::impossible_if(is_unit, finding))
 }
 
 /// A rotor that slows down when it is commanded more.

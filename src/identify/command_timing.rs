@@ -6,6 +6,9 @@ use crate::estimation::variable_projection::LagFit;
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
+/// The code: rates that go with commands of a later row.
+pub(crate) const RATES_LEAD: &str = "rates_lead_commands";
+
 /// Where the rates of a rotor (`part` of its log) go with commands of a row, or half a row, later than those beside them;
 /// `left` [rad/s] is what these leave over, and `follows(log, τ)` fits a lag behind a delay τ [s].
 pub(crate) fn find(
@@ -20,7 +23,7 @@ pub(crate) fn find(
     let fits = fits.filter_map(|rows| Some((rows, follows(&earlier, delay(rows))?)));
     let (rows, fit) = fits.min_by(|a, b| a.1.residual_rms.total_cmp(&b.1.residual_rms))?;
     (fit.residual_rms < (1.0 - THRESHOLDS.lead_error_share) * left).then(|| {
-        part.finding("rates_lead_commands")
+        part.finding(RATES_LEAD)
             .with("rows_earlier", rows)
             .with("rms_rad_s", left)
             .with("rms_earlier_rad_s", fit.residual_rms)

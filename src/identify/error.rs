@@ -25,14 +25,3 @@ pub enum IdentifyError {
     #[error("the degree of g(u) must lie in 1..{HIGHEST_DEGREE}, not {0}")]
     Degree(usize),
 }
-
-impl IdentifyError {
-    /// The same as a finding, for who goes on without.
-    #[must_use]
-    pub fn into_finding(self) -> Finding {
-        match self {
-            Self::Screening(ScreeningError::Column(finding)) => *finding,
-            other => Finding::new("columns_not_checked", "").with("error", other.to_string()),
-        }
-    }
-}

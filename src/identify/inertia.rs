@@ -22,7 +22,6 @@ use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::model::RotorTrace;
 use crate::screening::attitude::Mistaken;
-use crate::screening::attitude_units;
 use crate::screening::{DrivenBy, Finding, ScreenedBody, ScreenedLog};
 use crate::signal::columns;
 use crate::threads::spread;
@@ -110,19 +109,20 @@ impl Regression {
 }
 
 /// Whether the log's body turned freely and its rate is one; what speaks against it is said.
-fn can_show_inertia(screened: &ScreenedLog, rate: &[f64], warnings: &mut Vec<Finding>) -> bool {
+fn can_show_inertia(screened: &ScreenedLog, warnings: &mut Vec<Finding>) -> bool {
     // That log is about a rotor.
     if let Some(found) = screened.body().map(ScreenedBody::findings).filter(|found| !found.is_empty()) {
         warnings.extend(found.iter().cloned());
         return false;
     }
-    let mistaken = attitude_units::mistaken(screened.dataset(), rate);
-    let is_rate = !matches!(mistaken, Some(Mistaken::Rate(_)));
-    warnings.extend(mistaken.map(|mistaken| match mistaken {
-        Mistaken::Rate(finding) => finding.with("inertia", "not_identified"),
-        Mistaken::Angle(finding) => finding.with("inertia", "holds"),
-        Mistaken::Perhaps(finding) => finding.with("inertia", "too_small"),
-    }));
+    let (inertia, is_rate) = match screened.units() {
+        None => return true,
+        Some(Mistaken::Rate(_) | Mistaken::Time(_)) => ("not_identified", false),
+        Some(Mistaken::Angle(_)) => ("holds", true),
+        Some(Mistaken::Perhaps(_)) => ("too_small", true),
+    };
+    let found = screened.units().map(|it| it.finding().clone().with("inertia", inertia));
+    warnings.extend(found);
     is_rate
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn identify(
 ) -> Option<Body> {
     let log = screened.dataset();
     let rate = log.column(columns::BODY_RATE)?;
-    if !can_show_inertia(screened, rate, warnings) {
+    if !can_show_inertia(screened, warnings) {
         return None;
     }
     let judged = screened.body()?;

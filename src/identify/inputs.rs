@@ -1,18 +1,19 @@
 //! From logs to rotors: which logs hold one, and whether their battery can take part.
 
+use super::IdentifySettings;
 use super::thresholds::THRESHOLDS;
-use super::{IdentifyError, IdentifySettings};
 use crate::estimation::quantile::quantile;
+use crate::model::Model;
 use crate::screening::rotor_data::{RotorLog, bounds};
-use crate::screening::{Finding, ScreenedLog, checks};
+use crate::screening::{Finding, ScreenedLog};
 use crate::signal::columns;
 
 /// [V] what the battery had at its best, where that is more than the template's has when full.
-pub(crate) fn fuller_battery(logs: &[ScreenedLog], settings: &IdentifySettings) -> Option<f64> {
+pub(crate) fn fuller_battery(logs: &[ScreenedLog], template: &Model) -> Option<f64> {
     let columns = logs.iter().filter_map(|log| log.dataset().column(columns::BATTERY_VOLTAGE));
     // A glitch of the reading is not the battery.
     let best = quantile(columns.flatten().copied(), THRESHOLDS.best_voltage)?;
-    (best > THRESHOLDS.fuller_battery * settings.template.actuator.full_voltage)
+    (best > THRESHOLDS.fuller_battery * template.actuator.full_voltage)
         .then_some((10.0 * best).round() / 10.0)
 }
 
@@ -30,18 +31,15 @@ pub(crate) fn rotor_logs(
     logs: &[ScreenedLog],
     settings: &IdentifySettings,
     warnings: &mut Vec<Finding>,
-) -> Result<Vec<RotorLog>, IdentifyError> {
+) -> Vec<RotorLog> {
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
     for log in logs {
-        warnings.extend(log.column_findings().iter().cloned());
+        warnings.extend(log.column_findings().cloned());
         for rotor in settings.rotors.iter().filter_map(|number| log.rotor(*number)) {
-            rotor.refuse()?;
             // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
             if rotor.turns() {
                 warnings.extend(rotor.findings().cloned());
-                let (data, template) = (rotor.data(), &settings.template);
-                warnings.extend(checks::TEMPLATE.iter().filter_map(|check| check(data, template)));
             } else {
                 of_standing.extend(rotor.findings().cloned());
             }
@@ -52,7 +50,7 @@ pub(crate) fn rotor_logs(
     if rotors.is_empty() && warnings.is_empty() {
         warnings.append(&mut of_standing);
     }
-    Ok(rotors)
+    rotors
 }
 
 /// Whether the battery takes part: everywhere, or nowhere. Says why it cannot where it was asked for.
@@ -76,9 +74,6 @@ pub(crate) fn uses_battery(
     if low >= high {
         warnings.push(Finding::new("battery_constant", columns::BATTERY_VOLTAGE).with("voltage_v", low));
         return false;
-    }
-    for check in checks::BATTERY_IN_FIT {
-        warnings.extend(rotors.iter().filter_map(check));
     }
     true
 }

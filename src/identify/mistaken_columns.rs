@@ -1,116 +1,63 @@
-//! Units and columns that were mistaken, for whoever holds a model against logs: what an identification asks of them
-//! before it begins, and what else a model of the bench can tell.
+//! Units and columns that were mistaken: the one judgement that every command takes before anything is fitted for it. `import` and
+//! `compare` say all of it; `identify` refuses what nothing can be fitted to; `diagnose`, `discover` and `extend` refuse, too, what cannot
+//! be of the model's bench. What needs no fit is in `screening`; whether rates follow their commands is asked here.
 
-use super::IdentifyError;
 use super::command_response::CommandResponses;
-use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{median, quantile};
-use crate::log::Dataset;
+use super::inputs;
+use crate::log::signals::MOST_ROTORS;
 use crate::model::Model;
-use crate::screening::attitude::Mistaken;
-use crate::screening::attitude_units;
-use crate::screening::plausibility::{ANOTHER, LEAST_HELD, UNITS, is_another, too_far_apart};
-use crate::screening::rotor_data::{RotorLog, bounds};
-use crate::screening::{Finding, ScreenedLog, ScreeningError};
-use crate::signal::columns;
+use crate::screening::rotor_data::RotorLog;
+use crate::screening::suspicion::{Stops, Suspicions};
+use crate::screening::{Finding, ScreenedLog, ScreeningError, requirements};
 
-/// Parts of a volt that a voltage may have been written in.
-const VOLTS: [(f64, &str); 3] = [(1e3, "mV"), (1e2, "0.01 V"), (1e1, "0.1 V")];
+/// What is said of logs beside a model of their bench: columns that can hardly be what their names say, and what they lack for it.
+#[must_use]
+pub fn mistaken_and_lacking(logs: &[ScreenedLog], model: &Model) -> [Vec<Finding>; 2] {
+    let found = suspicions(logs, model, &every_rotor());
+    [found.mistaken().cloned().collect(), found.lacking]
+}
 
-/// Columns that can hardly be what their names say, by a model of the bench; what needs no model is in the screened logs.
+/// Refuses logs in which a search with `model` would take a column for physics that is not what its name says; says what else was
+/// found beside the model.
 ///
 /// # Errors
-/// [`IdentifyError`] of a column that cannot be: whatever is fitted to it would pass for physics.
-pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>, IdentifyError> {
-    let mut rotors = Vec::new();
-    let mut found: Vec<Finding> = Vec::new();
-    for log in logs {
-        // A rotor that stood has nothing to say.
-        for rotor in log.rotors().filter(|it| it.turns()) {
-            let data = rotor.data();
-            refuse(data.battery_in_another_unit(model))?;
-            rotor.refuse()?;
-            refuse(data.rate_in_another_unit(model))?;
-            found.extend(data.other_battery(model));
-            rotors.extend(rotor.scored().next().map(|_| data.clone()));
-        }
-        found.extend(check_attitude(log.dataset())?);
-    }
-    let responses = CommandResponses::fit(&rotors, model.actuator.full_voltage);
-    responses.refuse(Some(model.actuator.pole))?;
-    found.extend(responses.lead());
-    Ok(found)
+/// [`ScreeningError::Column`] of what stops most.
+pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>, ScreeningError> {
+    let found = suspicions(logs, model, &every_rotor());
+    found.refuse(Stops::Searches)?;
+    Ok(beside_logs(&found, logs))
 }
 
-fn check_attitude(log: &Dataset) -> Result<Option<Finding>, IdentifyError> {
-    let Some(rate) = log.column(columns::BODY_RATE) else { return Ok(None) };
-    let interval = log.median_interval();
-    if interval > THRESHOLDS.sparsest_attitude {
-        refuse(Some(too_far_apart(log.source_name(), columns::BODY_RATE, interval)))?;
-    }
-    match attitude_units::mistaken(log, rate) {
-        Some(Mistaken::Rate(finding) | Mistaken::Angle(finding)) => refuse(Some(finding)).map(|()| None),
-        Some(Mistaken::Perhaps(finding)) => Ok(Some(finding)),
-        None => Ok(None),
-    }
+fn every_rotor() -> Vec<usize> {
+    (1..=MOST_ROTORS).collect()
 }
 
-fn refuse(found: Option<Finding>) -> Result<(), IdentifyError> {
-    found.map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found)).into()))
+/// What is not said of the logs by themselves.
+pub(crate) fn beside_logs(found: &Suspicions, logs: &[ScreenedLog]) -> Vec<Finding> {
+    let is_of_log = |finding: &Finding| logs.iter().any(|log| log.findings().any(|it| it == finding));
+    found.findings().filter(|finding| !is_of_log(finding)).cloned().collect()
 }
 
-impl RotorLog {
-    /// Rates that are those of the model's rotor in another unit.
-    fn rate_in_another_unit(&self, model: &Model) -> Option<Finding> {
-        let expected = |row: usize| model.steady_rate(self.command[row]);
-        let rows = || self.segments.iter().cloned().flatten().filter(|row| self.command[*row] >= LEAST_HELD);
-        let fair = THRESHOLDS.fair_rate_share * rows().map(expected).fold(0.0, f64::max);
-        let ratios = rows().filter(|row| fair > 0.0 && expected(*row) >= fair);
-        let ratios: Vec<f64> = ratios.map(|row| self.rate[row].abs() / expected(row)).collect();
-        let of = |share: f64| quantile(ratios.iter().copied(), share).unwrap_or(0.0);
-        let [low, ratio, high] = [0.25, 0.5, 0.75].map(of);
-        if !is_another(&ratio, ANOTHER) || high > THRESHOLDS.unit_ratio_spread * low {
-            return None;
-        }
-        let is_like = |unit: &&(&str, f64)| {
-            (1.0 / THRESHOLDS.unit_factor..THRESHOLDS.unit_factor).contains(&(ratio / unit.1))
-        };
-        let (unit, _) = UNITS.iter().find(is_like)?;
-        let (lowest, highest) = bounds(&self.rate);
-        let found = self.finding("rate_in_other_unit").with("ratio", ratio).with("unit", *unit);
-        Some(found.with("lowest_rad_s", lowest).with("highest_rad_s", highest))
+/// What can hardly be what its name says in logs, of these rotors, what stops most first.
+pub(crate) fn suspicions(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) -> Suspicions {
+    let mut found = requirements::suspicions(logs, model, rotors);
+    let lacking = requirements::lacking(logs, model, rotors);
+    // What would be fitted to columns that cannot be what they are said to be says nothing of the commands.
+    if found.iter().any(|it| it.stops == Stops::Fits) {
+        return Suspicions::of(found, lacking);
     }
-
-    /// A voltage that is the model's battery in another unit.
-    fn battery_in_another_unit(&self, model: &Model) -> Option<Finding> {
-        let voltage = self.voltage.as_deref()?;
-        let (lowest, highest) = bounds(voltage);
-        let middle = median(voltage.iter().copied()).unwrap_or(0.0);
-        let full = model.actuator.full_voltage;
-        let [least, most] = THRESHOLDS.battery_in_use;
-        let is_like = |unit: &&(f64, &str)| (least..most).contains(&(middle / full / unit.0));
-        let unit = VOLTS.iter().find(is_like).map(|(_, unit)| *unit);
-        let is_other = middle > THRESHOLDS.other_battery_refused * full && model.actuator.voltage_gain != 0.0;
-        (unit.is_some() || is_other).then(|| {
-            let found = self.finding("battery_in_other_unit").with("unit", unit.unwrap_or_default());
-            let found = found.with("lowest_v", lowest).with("highest_v", highest);
-            found.with("full_voltage_v", full)
-        })
-    }
-
-    /// A battery that has more than the model's has when full.
-    fn other_battery(&self, model: &Model) -> Option<Finding> {
-        let (middle, full) = (median(self.voltage.as_ref()?.iter().copied())?, model.actuator.full_voltage);
-        (middle > THRESHOLDS.other_battery_noted * full && model.actuator.voltage_gain != 0.0).then(|| {
-            let found = self.finding("battery_of_other_bench").with("voltage_v", middle);
-            found.with("full_voltage_v", full)
-        })
-    }
+    let turning = |log| ScreenedLog::rotors(log).filter(|it| it.turns() && rotors.contains(&it.number()));
+    let measured = logs.iter().flat_map(turning).filter(|rotor| rotor.scored().next().is_some());
+    let measured: Vec<RotorLog> = measured.map(|rotor| rotor.data().clone()).collect();
+    let full_voltage = inputs::fuller_battery(logs, model).unwrap_or(model.actuator.full_voltage);
+    found.extend(CommandResponses::fit(&measured, full_voltage).suspicions(model.actuator.pole));
+    Suspicions::of(found, lacking)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Dataset;
 
     /// 60 s at 50 Hz: a rotor that follows g(u) of commands from 0.2 to 0.6 with `pole` [1/s], its rate through `read`.
     fn log(pole: f64, curve: impl Fn(f64) -> f64, read: impl Fn(f64) -> f64) -> Dataset {
@@ -138,7 +85,12 @@ mod tests {
     }
 
     fn check(log: Dataset, model: &Model) -> Result<Vec<Finding>, Finding> {
-        check_columns(&[log.into()], model).map_err(IdentifyError::into_finding)
+        let found = check_columns(&[log.into()], model).map_err(|error| match error {
+            ScreeningError::Column(finding) => *finding,
+            other => panic!("{other}"),
+        })?;
+        // Most of these have none.
+        Ok(found.into_iter().filter(|it| it.code != "no_battery_voltage").collect())
     }
 
     #[test]
@@ -178,7 +130,8 @@ mod tests {
     fn a_slow_rotor_is_one_unless_its_time_is_in_milliseconds() {
         let paper = Model::paper();
         let curve = |u: f64| paper.steady_rate(u);
-        assert_eq!(check(log(0.15, curve, |rate| rate), &paper), Ok(vec![]));
+        let slow = check(log(0.15, curve, |rate| rate), &paper).expect("not refused");
+        assert_eq!(slow.iter().map(|it| it.code).collect::<Vec<_>>(), ["rotor_too_slow"]);
         let refused = check(log(0.016, curve, |rate| rate), &paper);
         assert!(refused.is_err_and(|it| it.code == "rotor_too_slow"));
     }

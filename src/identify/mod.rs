@@ -57,7 +57,7 @@ pub use error::IdentifyError;
 pub use inertia::Body;
 pub use joint_fit::JointFit;
 pub use lag_order::LagAlternative;
-pub use mistaken_columns::check_columns;
+pub use mistaken_columns::{check_columns, mistaken_and_lacking};
 pub use pipeline::{STEPS, identify, identify_with_progress};
 pub use result::{Identification, IdentifySettings, Part, PoleFit, RotorModel};
 pub use static_curve::{DegreeScore, RampCheck, StaticCurve};

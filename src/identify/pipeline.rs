@@ -1,14 +1,15 @@
 //! The whole of section III, as far as the logs reach.
 
 use super::IdentifyError;
-use super::command_response::CommandResponses;
+use super::command_timing::RATES_LEAD;
 use super::inputs;
+use super::mistaken_columns::{beside_logs, suspicions};
 use super::result::{Identification, IdentifySettings};
 use super::steady_rows::HIGHEST_DEGREE;
 use super::work::Work;
 use crate::screening::ScreenedLog;
 use crate::screening::duplicate_logs;
-use crate::screening::requirements::check_magnitudes;
+use crate::screening::suspicion::Stops;
 
 /// Steps of [`identify_with_progress`].
 pub const STEPS: usize = 7;
@@ -41,26 +42,22 @@ pub fn identify_with_progress(
     if logs.is_empty() {
         return Err(IdentifyError::NoLog);
     }
-    for log in logs.iter().chain(validation) {
-        check_magnitudes(log.raw())?;
-    }
-    let mut copies = Vec::new();
+    let judged = [logs, validation].map(|logs| suspicions(logs, &settings.template, &settings.rotors));
+    judged.iter().try_for_each(|found| found.refuse(Stops::Fits))?;
+    let leads = judged[0].findings().any(|it| it.code == RATES_LEAD);
+    let mut copies = beside_logs(&judged[0], logs);
+    copies.extend(beside_logs(&judged[1], validation));
     let logs = &duplicate_logs::without_copies(logs, &mut copies)[..];
     copies.extend(logs.iter().flat_map(ScreenedLog::channel_findings).cloned());
-    let fuller = inputs::fuller_battery(logs, settings);
+    let fuller = inputs::fuller_battery(logs, &settings.template);
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
-    let mut work = Work::new(logs, &own, copies)?;
+    let mut work = Work::new(logs, &own, copies);
     let validation = &duplicate_logs::without_seen(logs, validation, &mut work.findings)[..];
     if let Some(volts) = fuller {
         work.findings.push(inputs::above_full(volts, settings));
     }
-    let responses = CommandResponses::fit(&work.rotors, work.full_voltage());
-    responses.refuse(None)?;
-    let mismatch = responses.mismatch();
-    let between_logs = if mismatch.is_none() { responses.mismatch_between_logs() } else { None };
-    work.mismatch = mismatch.is_some();
-    work.findings.extend(mismatch.or(between_logs));
+    work.compare_rotors(leads);
     progress("voltage_gain");
     work.battery();
     progress("joint_estimation");
@@ -74,6 +71,7 @@ pub fn identify_with_progress(
     progress("inertia");
     let actuator = work.actuator();
     work.body(logs, &actuator);
+    work.say_units(logs.iter().chain(validation));
     progress("validation");
     work.finish(logs, validation, actuator)
 }

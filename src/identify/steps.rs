@@ -18,6 +18,7 @@ use super::work::Work;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::variable_projection;
 use crate::model::polynomial;
+use crate::screening::attitude::Mistaken;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{RotorLog, VoltageInstrument};
 use crate::screening::{Finding, ScreenedLog};
@@ -222,6 +223,15 @@ impl Work<'_> {
                 self.note(STEP, true, fitted.with("samples", thrust.samples));
             }
             None => self.lacks(STEP, "no_thrust"),
+        }
+    }
+
+    /// What is wrong with the units of time and body of logs, where nothing was asked of their bodies.
+    pub(crate) fn say_units<'a>(&mut self, logs: impl Iterator<Item = &'a ScreenedLog>) {
+        for units in logs.filter_map(ScreenedLog::units).map(Mistaken::finding) {
+            if !self.findings.iter().any(|it| it.code == units.code && it.log == units.log) {
+                self.findings.push(units.clone());
+            }
         }
     }
 

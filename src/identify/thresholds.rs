@@ -1,12 +1,12 @@
 //! Numbers that decide something in identification.
 
 crate::thresholds! {
-    /// [rad/s] a slower response to commands than this pole is refused: no rotor on a bench is as slow.
+    /// [rad/s] a slower response to commands than this pole is asked about: no rotor on a bench is as slow.
     slowest_pole: f64 = 0.3, "rad/s", "judgement";
     /// [rad/s] a faster pole asks for the unit of time: no rotor with a propeller is as fast.
     fastest_pole: f64 = 200.0, "rad/s", "judgement";
     /// [-] a slow pole is off by a unit of time when it is that unit times the model's pole within this factor.
-    time_unit_factor: f64 = 2.0, "-", "judgement";
+    time_unit_factor: f64 = 5.0, "-", "poles of rotors on benches: 4 to 60 1/s";
     /// [-] share of the voltage that a battery may have lost where nobody read it, before falling rates are blamed on the command.
     unread_battery_fall: f64 = 0.3, "-", "judgement";
     /// [-] rates belong to another rotor's command when the error behind it is below this share of the error behind their own.
@@ -53,20 +53,6 @@ crate::thresholds! {
     best_voltage: f64 = 0.99, "-", "judgement";
     /// [-] share of the full voltage below which a log's battery is not the one that the full voltage is of.
     low_battery_share: f64 = 0.7, "-", "judgement";
-    /// [s] samples of an attitude further apart than this do not show how the body moves.
-    sparsest_attitude: f64 = 2.0, "s", "judgement";
-    /// [-] share of the model's greatest rate from which a rate is compared with it: where a curve begins it may be anything.
-    fair_rate_share: f64 = 0.3, "-", "judgement";
-    /// [-] a unit is one factor in all rows: largest factor between the quartiles of the ratios.
-    unit_ratio_spread: f64 = 1.3, "-", "judgement";
-    /// [-] factor between a unit's ratio and the one that was found within which it is that unit.
-    unit_factor: f64 = 1.5, "-", "judgement";
-    /// [-] range of the share of its full voltage that a battery in use has.
-    battery_in_use: [f64; 2] = [0.6, 1.1], "-", "LiPo: 3.0 V to 4.2 V a cell";
-    /// [-] factor above the model's full voltage from which a battery is refused as another one.
-    other_battery_refused: f64 = 4.5, "-", "judgement";
-    /// [-] factor above the model's full voltage from which it is a finding.
-    other_battery_noted: f64 = 1.1, "-", "judgement";
     /// count: rows for each number fitted to the voltage, at least: the noise they carry over is a tenth of the reading's variance.
     rows_per_number: usize = 10, "count", "one over it is the share of noise";
     /// count: passes of two-stage least squares; each leaves a twentieth of the error before it.
@@ -183,8 +169,6 @@ crate::thresholds! {
     omitted_torque_errors: f64 = 5.0, "-", "normal distribution: 6e-7 by chance";
     /// Standard errors of d/J by which such a torque must move it.
     omitted_torque_shift: f64 = 2.0, "-", "judgement";
-    /// [-] range of the ratio of J to the template's, over 180/π, in which the body rate was in degrees.
-    degrees_factor: [f64; 2] = [0.7, 1.4], "-", "judgement";
     /// count: rows with thrust and rate that a thrust curve needs.
     fewest_thrust_rows: usize = 20, "count", "judgement";
     /// [-] share of the thrust that a linear part may take before c ω² is wrong.

@@ -4,6 +4,7 @@ use super::significance;
 use super::thresholds::THRESHOLDS;
 use super::work::Work;
 use crate::screening::Finding;
+use crate::screening::attitude::inertia_in_degrees;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::signal::columns;
 
@@ -81,13 +82,7 @@ impl Work<'_> {
     /// Whether J is off by the factor between radians and degrees.
     pub(crate) fn check_inertia(&self, found: &mut Vec<Finding>) {
         let Some(body) = &self.body else { return };
-        let ratio = self.settings.template.body.inertia / body.inertia.value;
-        let degrees = 180.0 / std::f64::consts::PI;
-        let [least, most] = THRESHOLDS.degrees_factor;
-        if (least..most).contains(&(ratio / degrees)) {
-            let degrees = Finding::new("inertia_in_degrees", "inertia").of(&body.source);
-            let degrees = degrees.with("inertia_kg_m2", body.inertia.value);
-            found.push(degrees.with("template_kg_m2", self.settings.template.body.inertia));
-        }
+        let of_template = self.settings.template.body.inertia;
+        found.extend(inertia_in_degrees(of_template, body.inertia.value).map(|it| it.of(&body.source)));
     }
 }

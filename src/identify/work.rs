@@ -1,5 +1,6 @@
 //! What is known so far of a bench, step by step.
 
+use super::command_response::CommandResponses;
 use super::dead_time::Delay;
 use super::inertia::Body;
 use super::inputs;
@@ -10,7 +11,7 @@ use super::static_curve::StaticCurve;
 use super::supply_gain::SupplyGain;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
-use super::{Estimate, IdentifiedActuator, IdentifyError};
+use super::{Estimate, IdentifiedActuator};
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
@@ -44,12 +45,8 @@ pub(crate) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    pub fn new(
-        logs: &[ScreenedLog],
-        settings: &'a IdentifySettings,
-        mut warnings: Vec<Finding>,
-    ) -> Result<Self, IdentifyError> {
-        let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings)?;
+    pub fn new(logs: &[ScreenedLog], settings: &'a IdentifySettings, mut warnings: Vec<Finding>) -> Self {
+        let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings);
         let use_battery = inputs::uses_battery(&rotors, settings, &mut warnings);
         if use_battery {
             let mended = spread_out(rotors.iter_mut().collect(), quantized_voltage::mend);
@@ -58,12 +55,10 @@ impl<'a> Work<'a> {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
         let pole = settings.template.actuator.pole;
-        let seldom: Vec<Finding> = rotors.iter().filter_map(|rotor| rotor.too_seldom(pole)).collect();
         let excited = rotors.iter().filter(|rotor| rotor.too_seldom(pole).is_none());
         let excited: Vec<RotorLog> =
             excited.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
-        warnings.extend(seldom);
-        Ok(Self {
+        Self {
             settings,
             rotors,
             excited,
@@ -81,7 +76,16 @@ impl<'a> Work<'a> {
             mismatch: false,
             body_logs: Vec::new(),
             no_body: Vec::new(),
-        })
+        }
+    }
+
+    /// Whether rotors differ. Rates that lead their commands, `leads`, are reason enough for what a fit leaves over.
+    pub fn compare_rotors(&mut self, leads: bool) {
+        let responses = CommandResponses::fit(&self.rotors, self.full_voltage());
+        let found = if leads { None } else { responses.mismatch() };
+        self.mismatch = leads || found.is_some();
+        let found = if self.mismatch { found } else { responses.mismatch_between_logs() };
+        self.findings.extend(found);
     }
 
     /// What a step came to.

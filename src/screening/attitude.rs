@@ -3,6 +3,7 @@
 use super::Finding;
 use super::plausibility::MOST;
 use super::rotor_data::bounds;
+use super::suspicion::{Stops, Suspicion};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::quantile;
@@ -13,6 +14,7 @@ use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 pub const DEGREES: std::ops::Range<f64> = THRESHOLDS.degrees_least..THRESHOLDS.degrees_greatest;
 
 /// What is wrong.
+#[derive(Debug, Clone)]
 pub(crate) enum Mistaken {
     /// The rate, or the time, is not in its unit.
     Rate(Finding),
@@ -20,6 +22,29 @@ pub(crate) enum Mistaken {
     Angle(Finding),
     /// Both may be: a body without stops may well turn over.
     Perhaps(Finding),
+    /// The time is in another unit, or its rows are too far apart.
+    Time(Finding),
+}
+
+impl Mistaken {
+    /// What it is, and by which numbers.
+    pub(crate) fn finding(&self) -> &Finding {
+        match self {
+            Self::Rate(finding) | Self::Angle(finding) | Self::Perhaps(finding) | Self::Time(finding) => {
+                finding
+            }
+        }
+    }
+
+    /// Who cannot work with it. Rotors are identified beside a body whose units are wrong, and J is not.
+    pub(crate) fn suspicion(&self) -> Suspicion {
+        let stops = match self {
+            Self::Rate(_) | Self::Angle(_) => Stops::Searches,
+            Self::Perhaps(_) => Stops::Nobody,
+            Self::Time(_) => Stops::Fits,
+        };
+        Suspicion { finding: self.finding().clone(), stops }
+    }
 }
 
 /// Rate and angle of a body whose units are asked for.
@@ -42,6 +67,11 @@ impl<'a> Attitude<'a> {
         Self { log, fastest, span, ratio: angle.and_then(|angle| ratio_to_slope(log.time(), angle, rate)) }
     }
 
+    /// [s] median time between two rows.
+    pub(crate) fn interval(&self) -> f64 {
+        self.log.median_interval()
+    }
+
     /// A finding in the rate.
     pub(crate) fn of_rate(&self, code: &'static str) -> Finding {
         Finding::new(code, BODY_RATE).of(self.log.source_name())
@@ -51,6 +81,13 @@ impl<'a> Attitude<'a> {
     pub(crate) fn of_angle(&self, code: &'static str) -> Finding {
         Finding::new(code, BODY_ANGLE).of(self.log.source_name())
     }
+}
+
+/// An inertia `found` [kg m²] that is as much smaller than the model's as a degree is than a radian: of a log in whose units nothing
+/// else shows, for rate and angle are in degrees both, or no angle was measured.
+pub(crate) fn inertia_in_degrees(of_model: f64, found: f64) -> Option<Finding> {
+    let finding = Finding::new("inertia_in_degrees", "inertia").with("inertia_kg_m2", found);
+    DEGREES.contains(&(of_model / found)).then(|| finding.with("template_kg_m2", of_model))
 }
 
 /// How many times the slope of the angle [rad] the rate is; `None` where it does not go with it. From reading to reading of

@@ -9,20 +9,6 @@ pub enum ScreeningError {
     /// A column that cannot be what its name says: whatever is fitted to it would be taken for physics.
     #[error("{0}")]
     Column(Box<Finding>),
-    /// A value that no bench can have measured.
-    #[error(
-        "{log}: `{column}` is {value:e} at {time} s: no bench measures that; leave such cells empty, or `import` with `valid` in the mapping"
-    )]
-    Magnitude {
-        /// The log.
-        log: String,
-        /// The column.
-        column: String,
-        /// In the column's unit.
-        value: f64,
-        /// [s] where.
-        time: f64,
-    },
     /// A log whose rotors and body have no row that counts.
     #[error("{log}: nothing to compare: no row counts ({})", .reasons.join(", "))]
     NothingScored {

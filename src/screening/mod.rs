@@ -6,7 +6,6 @@
 //! A program that reads a log and says what was found: `examples/read_log.rs`.
 
 pub mod attitude;
-pub(crate) mod attitude_units;
 mod battery;
 pub(crate) mod battery_plateaus;
 mod body;
@@ -33,6 +32,7 @@ pub mod screened_log;
 pub mod screened_rotor;
 pub mod screened_thrust;
 pub mod summary;
+pub(crate) mod suspicion;
 pub mod telemetry_rate;
 pub mod thresholds;
 

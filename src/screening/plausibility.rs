@@ -1,13 +1,10 @@
 //! Whether the numbers of a log can be what their names say: by what a model's rotor does at the same commands.
 
-use super::Finding;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 use crate::model::Model;
 
-/// Factor between the rates and the template's from which a mistaken unit is asked for.
-pub(crate) const ANOTHER: f64 = THRESHOLDS.another_rate_unit;
 /// Share of a column below its greatest values that a few flipped bits may be.
 pub(crate) const MOST: f64 = THRESHOLDS.most_of_a_column;
 /// [-] commands from which rates are held against the template's: below, losses that it does not know count, and in the dead
@@ -30,11 +27,6 @@ pub(super) fn nearest(units: &[(&'static str, f64)], ratio: f64) -> Option<&'sta
 
 pub(crate) fn is_another(ratio: &f64, another: f64) -> bool {
     !(1.0 / another..another).contains(ratio)
-}
-
-/// Samples that are `interval` [s] apart, too far to see a rotor move.
-pub(crate) fn too_far_apart(log: &str, subject: &str, interval: f64) -> Finding {
-    Finding::new("samples_too_far_apart", subject).of(log).with("interval_s", interval)
 }
 
 impl RotorLog {

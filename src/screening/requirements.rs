@@ -1,36 +1,53 @@
 //! What logs must be like before any model is held against them.
 
+use super::checks;
+use super::checks::value_too_great::VALUE_TOO_GREAT;
 use super::duplicate_logs::is_copy;
-use super::thresholds::THRESHOLDS;
-use super::{Finding, ScreenedLog, ScreeningError};
+use super::suspicion::Suspicion;
+use super::telemetry_rate::too_seldom;
+use super::{Finding, ScreenedLog, ScreenedRotor, ScreeningError};
 use crate::log::Dataset;
 use crate::log::signals::rotor_of;
 use crate::model::Model;
 use crate::signal::columns;
 
-/// Refuses values whose squares are no numbers.
+/// What can hardly be what its name says in these logs, beside this model of their bench: of their columns, their bodies and these
+/// rotors. What asks for a fit is not among it.
+pub(crate) fn suspicions(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) -> Vec<Suspicion> {
+    let mut found = Vec::new();
+    for log in logs {
+        // A rotor that stood has nothing to say.
+        let turning = log.rotors().filter(|it| it.turns() && rotors.contains(&it.number()));
+        found.extend(turning.flat_map(|rotor| beside_model(rotor, model)));
+        found.extend(log.suspicions(rotors));
+    }
+    found
+}
+
+/// What these logs lack for this model: a battery's voltage, and rates of these rotors that come often enough to show how they follow.
+pub(crate) fn lacking(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) -> Vec<Finding> {
+    let seldom = too_seldom(logs, rotors, model.actuator.pole);
+    without_battery(model, logs).into_iter().chain(seldom).collect()
+}
+
+/// What a model can tell of a rotor; where its own columns cannot be what they are said to be, of its battery alone.
+fn beside_model(rotor: &ScreenedRotor, model: &Model) -> Vec<Suspicion> {
+    let of_rotor = if rotor.stops_fits() { &[][..] } else { checks::ROTOR_BESIDE_MODEL };
+    let all = checks::BATTERY_BESIDE_MODEL.iter().chain(of_rotor);
+    all.filter_map(|check| check(rotor.data(), model)).collect()
+}
+
+/// Refuses values whose squares are no numbers: nothing can be reckoned with them.
 ///
 /// # Errors
-/// [`ScreeningError::Magnitude`] names the first.
-pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
-    for column in log.names() {
-        let values = log.column(column).unwrap_or(&[]);
-        if let Some(row) = values.iter().position(|value| value.abs() > THRESHOLDS.greatest_value) {
-            let (name, time) = (log.source_name().to_owned(), log.time()[row]);
-            return Err(ScreeningError::Magnitude {
-                log: name,
-                column: column.to_owned(),
-                value: values[row],
-                time,
-            });
-        }
-    }
-    Ok(())
+/// [`ScreeningError::Column`] of the first.
+pub fn check_magnitudes(log: &ScreenedLog) -> Result<(), ScreeningError> {
+    let mut found = log.column_findings().filter(|it| it.code == VALUE_TOO_GREAT);
+    found.next().map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found.clone()))))
 }
 
 /// Logs whose battery nobody measured, under a model that wants to know.
-#[must_use]
-pub fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
+fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
     let drives =
         |log: &&Dataset| log.names().any(|name| rotor_of(name).is_some() && columns::is_command(name));
     let lacks = |log: &&Dataset| log.column(columns::BATTERY_VOLTAGE).is_none();
@@ -69,15 +86,11 @@ mod tests {
 
     #[test]
     fn a_value_that_no_bench_measures_is_named_with_its_place() {
-        assert_eq!(check_magnitudes(&log("a.csv", "", 0.6)), Ok(()));
-        let error = check_magnitudes(&log("a.csv", "", -1e160)).expect_err("absurd");
-        let expected = ScreeningError::Magnitude {
-            log: "a.csv".to_owned(),
-            column: "command_1".to_owned(),
-            value: -1e160,
-            time: 1.0,
-        };
-        assert_eq!(error, expected);
+        let check = |value| check_magnitudes(&log("a.csv", "", value).into());
+        assert_eq!(check(0.6), Ok(()));
+        let Err(ScreeningError::Column(found)) = check(-1e160) else { panic!("absurd") };
+        assert_eq!((found.log.as_str(), found.subject.as_str()), ("a.csv", "command_1"));
+        assert_eq!(["value", "at_s"].map(|name| found.number(name)), [-1e160, 1.0]);
     }
 
     #[test]

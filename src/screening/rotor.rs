@@ -1,6 +1,5 @@
 //! One rotor of a log as the checks see it: its part of the log, what is missing of its commands, and what is left of its rates.
 
-use super::Finding;
 use super::missing_commands::Missing;
 use super::rotor_data::{HeldVoltage, RotorLog};
 use crate::log::Dataset;
@@ -16,14 +15,6 @@ pub(crate) struct Rotor<'a> {
     pub measured: &'a [f64],
     /// Rows at which it stands or starts, by its rates before any check took one out.
     pub at_rest: Vec<usize>,
-}
-
-/// A column that can hardly be what its name says.
-pub(crate) struct Suspicion {
-    /// What, and by which numbers.
-    pub finding: Finding,
-    /// It cannot be: whatever is fitted to it would be taken for physics.
-    pub is_impossible: bool,
 }
 
 impl<'a> Rotor<'a> {

@@ -251,7 +251,8 @@ fn longest_gap(time: &[f64], values: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::super::excitation::SteadyCommand;
     use super::*;
-    use crate::screening::{ScreenedLog, ScreeningError};
+    use crate::screening::ScreenedLog;
+    use crate::screening::suspicion::{Stops, Suspicion};
 
     fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {
         let time: Vec<f64> = (0..(seconds * 50.0) as usize).map(|k| k as f64 * 0.02).collect();
@@ -355,11 +356,9 @@ mod tests {
         fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
         let (_, warnings) = rotor(&fast);
         assert!(warnings.iter().any(|it| it.code == "rate_too_fast"), "{warnings:?}");
-        let refused = ScreenedLog::of(&log(|t| 1000.0 + t, 20.0)).refuse().unwrap_err();
-        assert!(
-            matches!(&refused, ScreeningError::Column(finding) if finding.code == "command_out_of_range"),
-            "{refused}"
-        );
+        let impossible = ScreenedLog::of(&log(|t| 1000.0 + t, 20.0));
+        let found: Vec<Suspicion> = impossible.suspicions(&[1]).collect();
+        assert_eq!((found[0].finding.code, found[0].stops), ("command_out_of_range", Stops::Fits));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::attitude::{Attitude, Mistaken};
 use super::battery::Battery;
 use super::channel::{self, Channel, Judgement, OF_BODY};
 use super::checks;
@@ -12,9 +13,11 @@ use super::rotor_data::HeldVoltage;
 use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
 use super::screened_thrust::ScreenedThrust;
+use super::suspicion::Suspicion;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::log::signals::{MOST_ROTORS, rotor_of};
+use crate::signal::ROTORS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
 use crate::threads::spread;
 
@@ -43,8 +46,10 @@ struct Judged {
     /// `None` where every cell is a measurement.
     cleaned: Option<Dataset>,
     channels: Vec<ScreenedChannel>,
-    /// Of the log as a whole: columns that are not read.
-    column_findings: Vec<Finding>,
+    /// Of the log as a whole: columns that are not read, values that no bench measures.
+    columns: Vec<Suspicion>,
+    /// What is wrong with the units of time and body.
+    units: Option<Mistaken>,
     /// What was found of the battery beside the rotors; it stands last in its channel, too.
     of_battery: Option<Judgement>,
     /// Those whose commands the log holds.
@@ -115,7 +120,7 @@ impl Judged {
     fn of(
         raw: Dataset,
         mut channels: Vec<ScreenedChannel>,
-        column_findings: Vec<Finding>,
+        columns: Vec<Suspicion>,
         judge: impl FnOnce(&Battery) -> Option<Judgement>,
     ) -> Self {
         let mut cleaned = None;
@@ -135,6 +140,7 @@ impl Judged {
         let thrusts = (1..=MOST_ROTORS).filter_map(thrust).collect();
         let body = ScreenedBody::of(log, &rotors);
         let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
+        let units = units(log, &rotors);
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
         let found = judge(&Battery { log, turning: turning.collect() });
         let of_battery = found.clone();
@@ -148,8 +154,18 @@ impl Judged {
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
-        Self { raw, cleaned, channels, column_findings, of_battery, rotors, thrusts, body, chain }
+        Self { raw, cleaned, channels, columns, units, of_battery, rotors, thrusts, body, chain }
     }
+}
+
+/// What is wrong with the units of time and body of a log: a factor of 57 between a rate and the slope of its angle is a unit. What
+/// more rotors than two turn is no body of ours.
+fn units(log: &Dataset, rotors: &[ScreenedRotor]) -> Option<Mistaken> {
+    if rotors.iter().any(|rotor| rotor.number() > ROTORS && rotor.turns()) {
+        return None;
+    }
+    let attitude = Attitude::of(log, log.column(columns::BODY_RATE)?);
+    checks::BODY_UNITS.iter().find_map(|check| check(&attitude))
 }
 
 impl ScreenedChannel {
@@ -276,22 +292,33 @@ impl ScreenedLog {
         concerned.flat_map(ScreenedRotor::findings)
     }
 
-    /// Columns that can hardly be what their names say; they are among `rotor_findings`.
-    pub fn mistaken(&self) -> impl Iterator<Item = &Finding> {
-        self.rotors().filter(|rotor| rotor.turns()).flat_map(ScreenedRotor::mistaken)
+    /// What can hardly be what its name says, by itself: its columns, those of these rotors, where they turn, and its body's.
+    pub(crate) fn suspicions(&self, rotors: &[usize]) -> impl Iterator<Item = Suspicion> {
+        let concerned = self.rotors().filter(|rotor| rotor.turns() && rotors.contains(&rotor.number()));
+        let of_rotors = concerned.flat_map(ScreenedRotor::suspicions).cloned();
+        self.0.columns.iter().cloned().chain(of_rotors).chain(self.units().map(Mistaken::suspicion))
     }
 
-    /// What was found in the names of its columns.
-    #[must_use]
-    pub fn column_findings(&self) -> &[Finding] {
-        &self.0.column_findings
+    /// What is wrong with the units of time and body.
+    pub(crate) fn units(&self) -> Option<&Mistaken> {
+        self.0.units.as_ref()
+    }
+
+    /// What was found in its columns, each as a whole, and in their names.
+    pub fn column_findings(&self) -> impl Iterator<Item = &Finding> {
+        self.0.columns.iter().map(|it| &it.finding)
+    }
+
+    /// What was found in its body: its units, and whether it was held.
+    pub fn body_findings(&self) -> impl Iterator<Item = &Finding> {
+        let held = self.body().map_or(&[][..], ScreenedBody::findings);
+        self.units().map(Mistaken::finding).into_iter().chain(held)
     }
 
     /// What was found in it: its columns' names, its channels, its rotors, its body.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
-        let of_columns = self.column_findings().iter().chain(self.channel_findings());
-        let of_body = self.body().map_or(&[][..], ScreenedBody::findings);
-        of_columns.chain(self.rotor_findings()).chain(of_body)
+        let of_columns = self.column_findings().chain(self.channel_findings());
+        of_columns.chain(self.rotor_findings()).chain(self.body_findings())
     }
 
     /// Any of its columns as it was logged, and what is remarked of it; `None` where the log has none of this name.
@@ -314,14 +341,6 @@ impl ScreenedLog {
             ScreeningError::nothing_in_common(&[self.dataset()])
         }
     }
-
-    /// Refuses a log of which a column cannot be what its name says.
-    ///
-    /// # Errors
-    /// [`ScreeningError::Column`] of the first one.
-    pub fn refuse(&self) -> Result<(), ScreeningError> {
-        self.rotors().filter(|rotor| rotor.turns()).try_for_each(ScreenedRotor::refuse)
-    }
 }
 
 impl ScreenedLog {
@@ -335,7 +354,8 @@ impl ScreenedLog {
             raw: judged.raw.with_columns(keeps),
             cleaned: judged.cleaned.as_ref().map(|cleaned| cleaned.with_columns(keeps)),
             channels: judged.channels.iter().filter(|channel| keeps(&channel.name)).cloned().collect(),
-            column_findings: judged.column_findings.clone(),
+            columns: judged.columns.clone(),
+            units: None,
             of_battery: judged.of_battery.clone(),
             rotors: judged.rotors.iter().filter(|rotor| rotors.contains(&rotor.number())).cloned().collect(),
             thrusts: judged.thrusts.iter().filter(|it| rotors.contains(&it.number())).cloned().collect(),
@@ -358,10 +378,10 @@ impl ScreenedLog {
             ScreenedChannel { name: channel.name.clone(), judgements: judgements.collect() }
         };
         let channels = whole.channels.iter().map(within).collect();
-        let mut judged =
-            Judged::of(whole.raw.of_rows(stretches), channels, whole.column_findings.clone(), |_| {
-                whole.of_battery.as_ref().and_then(|judged| judged.of_rows(stretches))
-            });
+        let mut judged = Judged::of(whole.raw.of_rows(stretches), channels, whole.columns.clone(), |_| {
+            whole.of_battery.as_ref().and_then(|judged| judged.of_rows(stretches))
+        });
+        judged.units.clone_from(&whole.units);
         let rows: Vec<usize> = stretches.iter().cloned().flatten().collect();
         for rotor in &mut judged.rotors {
             if let Some(whole) = self.commanded(rotor.number()) {

@@ -6,13 +6,14 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
+use super::Finding;
 use super::channel::Judgement;
 use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, SHORT_RUN};
 use super::quantized_voltage;
-use super::rotor::{Rotor, Suspicion};
+use super::rotor::Rotor;
 use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
-use super::{Finding, ScreeningError};
+use super::suspicion::{Stops, Suspicion};
 use crate::log::{Cells, Dataset};
 
 /// One rotor of a log, and which of its rows are scored.
@@ -29,10 +30,8 @@ pub struct ScreenedRotor {
     rests: Vec<bool>,
     /// See [`ScreenedRotor::runs`].
     runs: Vec<Range<usize>>,
-    /// A column that cannot be what its name says.
-    refused: Option<Finding>,
-    /// Columns that can hardly be what their names say.
-    mistaken: Vec<Finding>,
+    /// Columns that can hardly be what their names say, what stops most first.
+    suspicions: Vec<Suspicion>,
     findings: Vec<Finding>,
     /// See [`ScreenedRotor::voltage`]: of a reading in coarse steps, once somebody asks.
     seen_through: OnceLock<Option<Cells>>,
@@ -52,7 +51,7 @@ impl ScreenedRotor {
         let mut why = vec![None; log.len()];
         // A row has the first reason that was found.
         rates.iter().rev().for_each(|judged| mark(&mut why, judged));
-        let (refused, mistaken) = look_at_columns(&rotor);
+        let suspicions = look_at_columns(&rotor);
         mark_unknown(&mut why, log, &rotor.data);
         let mut rests = vec![false; log.len()];
         rotor.at_rest.iter().for_each(|row| rests[*row] = true);
@@ -78,8 +77,7 @@ impl ScreenedRotor {
             why,
             rests,
             runs,
-            refused,
-            mistaken,
+            suspicions,
             findings,
             seen_through,
         })
@@ -149,22 +147,18 @@ impl ScreenedRotor {
     }
 
     /// Columns that can hardly be what their names say.
-    #[must_use]
-    pub fn mistaken(&self) -> &[Finding] {
-        &self.mistaken
+    pub(crate) fn suspicions(&self) -> &[Suspicion] {
+        &self.suspicions
+    }
+
+    /// Whether a column of it cannot be what its name says.
+    pub(crate) fn stops_fits(&self) -> bool {
+        self.suspicions.iter().any(|it| it.stops == Stops::Fits)
     }
 
     /// What was found in it.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
-        self.refused.iter().chain(&self.mistaken).chain(&self.findings)
-    }
-
-    /// Refuses a column that cannot be what its name says.
-    ///
-    /// # Errors
-    /// [`ScreeningError::Column`] of the first.
-    pub fn refuse(&self) -> Result<(), ScreeningError> {
-        self.refused.clone().map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found))))
+        self.suspicions.iter().map(|it| &it.finding).chain(&self.findings)
     }
 
     /// Its part of the log, made ready for a fit.
@@ -212,14 +206,13 @@ impl ScreenedRotor {
     }
 }
 
-/// A column that cannot be what its name says, the first of them, and those that can hardly be. Of a rotor that nobody measured
+/// Columns that can hardly be what their names say; of those that cannot be the first is enough. Of a rotor that nobody measured
 /// nothing is asked.
-fn look_at_columns(rotor: &Rotor) -> (Option<Finding>, Vec<Finding>) {
+fn look_at_columns(rotor: &Rotor) -> Vec<Suspicion> {
     let suspicions = checks::ROTOR_COLUMNS.iter().filter_map(|check| check(&rotor.data));
     let (impossible, hardly): (Vec<Suspicion>, Vec<Suspicion>) =
-        suspicions.filter(|_| rotor.is_measured()).partition(|it| it.is_impossible);
-    let refused = impossible.into_iter().next().map(|it| it.finding);
-    (refused, hardly.into_iter().map(|it| it.finding).collect())
+        suspicions.filter(|_| rotor.is_measured()).partition(|it| it.stops == Stops::Fits);
+    impossible.into_iter().take(1).chain(hardly).collect()
 }
 
 /// Rows at which it is not known what the rotor was commanded, or that have no neighbours between two holes.

@@ -14,7 +14,6 @@ use super::checks::perhaps_saturated::PERHAPS_SATURATED;
 use super::checks::rate_frozen::RATE_FROZEN;
 use super::checks::saturation::{SATURATED, Saturation};
 use super::column::{Column, Remark, Stretch};
-use super::screened_body::ScreenedBody;
 use super::screened_log::ScreenedLog;
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
@@ -142,7 +141,7 @@ impl LogSummary {
 
     fn found(&self, log: &ScreenedLog) -> Vec<Finding> {
         let of = |code, channel: &str| Finding::new(code, channel).of(log.source_name());
-        let mut found: Vec<Finding> = log.column_findings().to_vec();
+        let mut found: Vec<Finding> = log.column_findings().cloned().collect();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
             let finding =
@@ -162,7 +161,7 @@ impl LogSummary {
             found.extend(channel.remarks.iter().chain(&channel.not_measured.0).cloned());
         }
         found.extend(log.rotor_findings().cloned());
-        found.extend(log.body().map_or(&[][..], ScreenedBody::findings).iter().cloned());
+        found.extend(log.body_findings().cloned());
         found
     }
 }

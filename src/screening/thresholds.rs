@@ -141,6 +141,23 @@ crate::thresholds! {
     most_of_a_column: f64 = 0.99, "-", "judgement";
     /// Command from which rates are compared with those of the template: below, losses count, and dead zones.
     least_compared_command: f64 = 0.15, "-", "judgement";
+    /// [s] samples of an attitude further apart than this do not show how the body moves.
+    sparsest_attitude: f64 = 2.0, "s", "judgement";
+    /// [-] share of the model's greatest rate from which a rate is compared with it: where a curve begins it may be anything.
+    fair_rate_share: f64 = 0.3, "-", "judgement";
+    /// [-] a unit is one factor in all rows: largest factor between the quartiles of the ratios.
+    unit_ratio_spread: f64 = 1.3, "-", "judgement";
+    /// [-] factor between a unit's ratio and the one that was found within which it is that unit.
+    unit_factor: f64 = 1.5, "-", "judgement";
+    /// [-] range of the share of its full voltage that a battery in use has.
+    battery_in_use: [f64; 2] = [0.6, 1.1], "-", "LiPo: 3.0 V to 4.2 V a cell";
+    /// [-] factor above the model's full voltage from which a battery is refused as another one.
+    other_battery_refused: f64 = 4.5, "-", "judgement";
+    /// [-] factor above the model's full voltage from which it is a finding.
+    other_battery_noted: f64 = 1.1, "-", "judgement";
+    /// [-] a rate is compared with the model's by one factor up to this factor between the quartiles of the ratios: another rotor's
+    /// curve bends it by so much, a dead zone by more.
+    unlike_ratio_spread: f64 = 2.0, "-", "a rate that goes with the root of the command beside the paper's curve: 1.5";
     /// The factor of thrusts, which go with the square of the rates.
     another_thrust_unit: f64 = 6.0, "-", "judgement";
     /// Factor within which a thrust is in a unit near 1 N, where the rates are those of the template within as much.

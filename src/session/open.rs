@@ -6,13 +6,16 @@ use std::path::{Path, PathBuf};
 
 use super::error::{ChoiceError, SessionError};
 use super::job::Job;
+use super::modelled::Modelled;
 use crate::bench::BenchConfig;
 use crate::can::protocol;
+use crate::identify;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::format::{FormatError, LogFormat, Request, START, Start};
 use crate::log::formats::{FORMATS, readable};
 use crate::log::signals::{of_rotor, rotor_of};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
+use crate::model::Model;
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
 use crate::signal::columns;
@@ -117,12 +120,20 @@ pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec
     paths.iter().map(|path| open(path, config, job).map(|opened| opened.log)).collect()
 }
 
-/// What a log is like: its rate, its holes, its channels, its rotors and its body.
+/// What a log is like: its rate, its holes, its channels, its rotors and its body; and what in it can hardly be what its name says,
+/// beside a model of its bench.
 ///
 /// # Errors
 /// [`SessionError::Cancelled`].
-pub fn summarize(log: &ScreenedLog, job: &Job) -> Result<LogSummary, SessionError> {
-    job.run(|| Ok::<_, SessionError>(LogSummary::of(log)))
+pub fn summarize(log: &ScreenedLog, model: &Model, job: &Job) -> Result<LogSummary, SessionError> {
+    job.run(|| {
+        let logs = Modelled::of(std::slice::from_ref(log), &[]).train;
+        let mut summary = LogSummary::of(log);
+        let beside = identify::mistaken_and_lacking(&logs, model).concat();
+        let beside: Vec<_> = beside.into_iter().filter(|it| !summary.findings.contains(it)).collect();
+        summary.findings.extend(beside);
+        Ok::<_, SessionError>(summary)
+    })
 }
 
 /// Saves a log in our format: its file appears whole or not at all.

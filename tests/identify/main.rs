@@ -8,5 +8,6 @@ mod logs;
 mod margins;
 mod missing;
 mod readings;
+mod same_codes;
 mod screened;
 mod section_three;

@@ -113,7 +113,7 @@ fn wrong_units_are_refused() {
     refused(&with("command_1", &|u| 1000.0 + 1000.0 * u), "command_out_of_range");
     let rpm = 60.0 / std::f64::consts::TAU;
     refused(&with("propeller_rate_1_rad_s", &|w| rpm * w), "rate_too_fast");
-    let millivolts = refused(&with("battery_voltage_v", &|v| 1000.0 * v), "battery_voltage_too_high");
+    let millivolts = refused(&with("battery_voltage_v", &|v| 1000.0 * v), "battery_in_other_unit");
     assert_eq!(millivolts.text("unit"), "mV");
     let percent = found_in(&with("battery_voltage_v", &|v| 100.0 - 3.0 * (12.4 - v)));
     let percent = percent.iter().find(|it| it.code == "battery_voltage_too_high").expect("found");

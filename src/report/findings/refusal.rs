@@ -4,6 +4,7 @@ use std::error::Error;
 
 use super::identify::step;
 use super::{sentence, text};
+use crate::compare::CompareError;
 use crate::diagnose::DiagnoseError;
 use crate::fleet::FleetError;
 use crate::identify::{IdentifyError, Part};
@@ -36,16 +37,23 @@ pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
     match error.downcast_ref::<SessionError>() {
         Some(SessionError::Identify(error)) => return refusal(error),
         Some(SessionError::Diagnose(error)) => return refusal(error),
+        Some(SessionError::Compare(error)) => return refusal(error),
         _ => {}
     }
-    if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
+    if let Some(DiagnoseError::Screening(error)) = error.downcast_ref::<DiagnoseError>() {
         return refusal(error);
+    }
+    if let Some(CompareError::Screening(error)) = error.downcast_ref::<CompareError>() {
+        return refusal(error);
+    }
+    if let Some(ScreeningError::Column(finding)) = error.downcast_ref::<ScreeningError>() {
+        return Some(sentence(finding));
     }
     if let Some(PaperError::Identify(error)) = error.downcast_ref::<PaperError>() {
         return refusal(error);
     }
     match error.downcast_ref::<IdentifyError>()? {
-        IdentifyError::Screening(ScreeningError::Column(finding)) => Some(sentence(finding)),
+        IdentifyError::Screening(error) => refusal(error),
         IdentifyError::Nothing { reasons, steps } => Some(nothing(reasons, steps)),
         _ => None,
     }

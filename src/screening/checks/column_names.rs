@@ -2,10 +2,11 @@
 
 use crate::log::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
+use crate::screening::suspicion::Suspicion;
 use crate::unit::UNITS;
 
 /// Those of a log that are another unit's spelling of one that the log lacks.
-pub(crate) fn check(log: &Dataset) -> Vec<Finding> {
+pub(crate) fn check(log: &Dataset) -> Vec<Suspicion> {
     let mut found = Vec::new();
     for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
         let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
@@ -16,7 +17,7 @@ pub(crate) fn check(log: &Dataset) -> Vec<Finding> {
         };
         for column in log.names().filter(|column| *column != signal.name) {
             if column == stem {
-                found.push(finding("column_without_unit", column));
+                found.push(Suspicion::said(finding("column_without_unit", column)));
             }
             let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
                 continue;
@@ -25,7 +26,8 @@ pub(crate) fn check(log: &Dataset) -> Vec<Finding> {
             let fits =
                 |it: &&crate::unit::Unit| it.si == signal.unit && it.name.eq_ignore_ascii_case(&spelled);
             if let Some(unit) = UNITS.iter().find(fits) {
-                found.push(finding("column_in_another_unit", column).with("unit", unit.name));
+                found
+                    .push(Suspicion::said(finding("column_in_another_unit", column).with("unit", unit.name)));
             }
         }
     }

@@ -12,8 +12,9 @@ use super::body::Body;
 use super::channel::{Channel, Judgement};
 use super::column::{Column, Remark};
 use super::finding::Finding;
-use super::rotor::{Rotor, Suspicion};
+use super::rotor::Rotor;
 use super::rotor_data::RotorLog;
+use super::suspicion::Suspicion;
 use crate::log::Dataset;
 use crate::model::Model;
 
@@ -29,7 +30,8 @@ macro_rules! checks {
 
 checks! {
     /// Of a log as a whole, before anything is known of its channels.
-    LOG: fn(&Dataset) -> Vec<Finding> = [
+    LOG: fn(&Dataset) -> Vec<Suspicion> = [
+        value_too_great,
         column_names,
     ];
 
@@ -61,6 +63,7 @@ checks! {
         rotor_does_not_turn,
         rate_negative,
         battery_voltage_too_high,
+        battery_reading_frozen,
     ];
 
     /// Of a rotor: which of its rates are no answers of a running rotor to a known command. Each takes what it finds out of the
@@ -87,9 +90,9 @@ checks! {
         body_held,
     ];
 
-    /// Of the units of the body's rate and angle; the first that finds something decides. They are asked for by whoever fits an
-    /// inertia or holds a model against the body.
+    /// Of the units of time and of the body's rate and angle; the first that finds something decides.
     BODY_UNITS: fn(&Attitude) -> Option<Mistaken> = [
+        body_samples_too_far_apart,
         body_rate_in_degrees,
         time_in_milliseconds,
         body_rate_too_fast,
@@ -97,13 +100,14 @@ checks! {
         body_turns_over,
     ];
 
-    /// Of a rotor's battery, asked for where a fit rests on its reading.
-    BATTERY_IN_FIT: fn(&RotorLog) -> Option<Finding> = [
-        battery_reading_frozen,
+    /// Of a rotor's battery beside a model of the bench, or the template of a fit.
+    BATTERY_BESIDE_MODEL: fn(&RotorLog, &Model) -> Option<Suspicion> = [
+        battery_in_other_unit,
+        battery_of_other_bench,
     ];
 
-    /// Of a rotor beside the template of a fit, which may well be another rotor: nothing is refused.
-    TEMPLATE: fn(&RotorLog, &Model) -> Option<Finding> = [
+    /// Of a rotor beside such a model, where its own columns can be what their names say.
+    ROTOR_BESIDE_MODEL: fn(&RotorLog, &Model) -> Option<Suspicion> = [
         rate_unlike_template,
         thrust_unlike_template,
     ];

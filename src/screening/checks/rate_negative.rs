@@ -1,7 +1,7 @@
 //! Rates with another sign than the commands.
 
-use crate::screening::rotor::Suspicion;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
+use crate::screening::suspicion::Suspicion;
 use crate::screening::thresholds::THRESHOLDS;
 
 /// Rates below zero, and not by noise: the column counts the other way round where most is there.
@@ -10,5 +10,5 @@ pub(crate) fn check(rotor: &RotorLog) -> Option<Suspicion> {
     let finding = rotor.finding("rate_negative").with("least_rad_s", slowest);
     let is_negative = slowest < -THRESHOLDS.negative_rate * fastest.abs();
     (is_negative && bounds(&rotor.command).1 >= LEAST_COMMAND)
-        .then_some(Suspicion { finding, is_impossible: fastest < -slowest })
+        .then_some(Suspicion::impossible_if(fastest < -slowest, finding))
 }

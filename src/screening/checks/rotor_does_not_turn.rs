@@ -2,8 +2,8 @@
 
 use crate::estimation::quantile::median;
 use crate::screening::plausibility::LEAST_HELD;
-use crate::screening::rotor::Suspicion;
 use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::suspicion::Suspicion;
 use crate::screening::thresholds::THRESHOLDS;
 
 /// A rotor that stands under its command: the command is another rotor's.
@@ -14,7 +14,7 @@ pub(crate) fn check(rotor: &RotorLog) -> Option<Suspicion> {
     }
     let finding = rotor.finding("rotor_does_not_turn").with("greatest_command", bounds(&rotor.command).1);
     let finding = finding.with("least_rad_s", slowest).with("greatest_rad_s", fastest);
-    Some(Suspicion { finding, is_impossible: true })
+    Some(Suspicion::impossible(finding))
 }
 
 /// Whether the rates under command are noise about zero, `slowest` and `fastest` [rad/s] its ends.

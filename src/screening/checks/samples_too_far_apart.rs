@@ -1,11 +1,11 @@
 //! Samples between which a rotor has long settled.
 
-use crate::screening::rotor::Suspicion;
 use crate::screening::rotor_data::RotorLog;
+use crate::screening::suspicion::Suspicion;
 use crate::screening::thresholds::THRESHOLDS;
 
 /// Samples so far apart that the time is in another unit, or nothing can be seen.
 pub(crate) fn check(rotor: &RotorLog) -> Option<Suspicion> {
     let finding = rotor.finding("samples_too_far_apart").with("interval_s", rotor.interval);
-    (rotor.interval > THRESHOLDS.slowest_samples).then_some(Suspicion { finding, is_impossible: true })
+    (rotor.interval > THRESHOLDS.slowest_samples).then_some(Suspicion::impossible(finding))
 }

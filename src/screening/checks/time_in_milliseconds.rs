@@ -7,5 +7,5 @@ use crate::screening::thresholds::THRESHOLDS;
 pub(crate) fn check(attitude: &Attitude) -> Option<Mistaken> {
     let around = THRESHOLDS.milliseconds_least..THRESHOLDS.milliseconds_greatest;
     let ratio = attitude.ratio.filter(|ratio| around.contains(ratio))?;
-    Some(Mistaken::Rate(attitude.of_rate("time_in_milliseconds").with("ratio", ratio)))
+    Some(Mistaken::Time(attitude.of_rate("time_in_milliseconds").with("ratio", ratio)))
 }

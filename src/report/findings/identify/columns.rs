@@ -8,13 +8,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     let n = |name: &str| finding.number(name);
     let unit = finding.text("unit");
     Some(match finding.code {
-        "columns_not_checked" => format!("the columns were not checked: {}", finding.text("error")),
         "rate_in_other_unit" => format!(
             "rates from {:.4} to {:.4} rad/s are {} times what the model's rotor does at these commands, as {unit} are; if the \
              column is in {unit}, import it with unit `{unit}`; if it is another rotor, make its model first (`rotorbench \
              identify`)",
-            n("lowest_rad_s"),
-            n("highest_rad_s"),
+            n("least"),
+            n("greatest"),
             short((1e3 * n("ratio")).round() / 1e3)
         ),
         "battery_in_other_unit" => format!(

@@ -61,7 +61,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             n("highest_rad_s")
         ),
         "inertia_in_degrees" => format!(
-            "J = {:.2e} kg m² is 1/{:.0} of the template's {}; if the body rate is in degrees per second, import it with unit \
+            "J = {:.2e} kg m² is 1/{:.0} of the model's {}; if the body rate is in degrees per second, import it with unit \
              `deg/s`",
             n("inertia_kg_m2"),
             n("template_kg_m2") / n("inertia_kg_m2"),

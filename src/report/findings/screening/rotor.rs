@@ -21,6 +21,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             digits(number("pole_rad_s"), 3),
             digits(number("needed_hz"), 2)
         ),
+        "value_too_great" => format!(
+            "`{}` is {:e} at {} s: no bench measures that; leave such cells empty, or `import` with `valid` in the mapping",
+            finding.subject,
+            number("value"),
+            number("at_s")
+        ),
         "command_out_of_range" => format!(
             "commands reach from {:.4} to {:.4}, but 0 to 1 is expected; scale them with `import` (percent: scale 0.01; \
              microseconds of a servo pulse: scale 0.001, offset -1)",
@@ -128,11 +134,11 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     Some(said)
 }
 
-/// Numbers that are a multiple of what the template's rotor does.
+/// Numbers that are a multiple of what the rotor of the model, or of the template of a fit, does.
 fn unlike_template(finding: &Finding, what: &str, si: &str) -> String {
     let unit = finding.text("unit");
     format!(
-        "{what} from {:.4} to {:.4} {si} are {} times what the template's rotor does at these commands; {}",
+        "{what} from {:.4} to {:.4} {si} are {} times what the model's rotor does at these commands; {}",
         finding.number("least"),
         finding.number("greatest"),
         short((1e3 * finding.number("ratio")).round() / 1e3),

@@ -1,0 +1,26 @@
+//! Voltages that are those of the model's battery in another unit, or of no battery like it.
+
+use crate::estimation::quantile::median;
+use crate::model::Model;
+use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::suspicion::{Stops, Suspicion};
+use crate::screening::thresholds::THRESHOLDS;
+
+/// Parts of a volt that a voltage may have been written in.
+const VOLTS: [(f64, &str); 3] = [(1e3, "mV"), (1e2, "0.01 V"), (1e1, "0.1 V")];
+
+/// A voltage that is the model's battery in another unit. One that no battery has stops all, as it does without a model.
+pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
+    let voltage = rotor.voltage.as_deref()?;
+    let (lowest, highest) = bounds(voltage);
+    let middle = median(voltage.iter().copied()).unwrap_or(0.0);
+    let full = model.actuator.full_voltage;
+    let [least, most] = THRESHOLDS.battery_in_use;
+    let is_like = |unit: &&(f64, &str)| (least..most).contains(&(middle / full / unit.0));
+    let unit = VOLTS.iter().find(is_like).map(|(_, unit)| *unit);
+    let is_other = middle > THRESHOLDS.other_battery_refused * full && model.actuator.voltage_gain != 0.0;
+    let finding = rotor.finding("battery_in_other_unit").with("unit", unit.unwrap_or_default());
+    let finding = finding.with("lowest_v", lowest).with("highest_v", highest).with("full_voltage_v", full);
+    let stops = if middle > THRESHOLDS.impossible_voltage { Stops::Fits } else { Stops::Searches };
+    (unit.is_some() || is_other).then_some(Suspicion { finding, stops })
+}
