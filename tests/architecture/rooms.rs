@@ -80,7 +80,7 @@ pub const TABLE: &[(&str, &[&str])] = &[
         ],
     ),
     // Laws that no catalogue has: it goes on where a diagnosis ends.
-    ("discover", &["threads", "cancel", "effect", "model", "estimation", "screening", "diagnose"]),
+    ("discover", &["threads", "cancel", "signal", "effect", "model", "estimation", "screening", "diagnose"]),
     // What a process of the bench does, apart from how it is called.
     ("runtime", &["*"]),
     // Experiments on the system itself: the paper, jitter, comparison of controllers.

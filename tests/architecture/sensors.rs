@@ -102,5 +102,5 @@ fn a_column_is_seen_in_each_guise() {
         assert_eq!(seen(&format!("let name = \"{other}\";")), 0, "{other}");
     }
     assert_eq!(seen("let said = \"the log has no column time_s\";"), 0);
-    assert_eq!(seen("#[serde(rename = \"time_s\")] struct A; // \"time_s\""), 0);
+    assert_eq!(seen("// \"time_s\"\n#[serde(rename = \"time_s\")]\nstruct A;"), 0);
 }

@@ -309,7 +309,7 @@ fn deciding(line: &str) -> Vec<&str> {
         let is_whole = !it.text.contains(['.', 'e']);
         let is_scale = is_whole && it.value > 2.0 && !UNITS.contains(&it.value);
         let within = line[..it.place.start].trim_end_matches('-');
-        let clamped = before.rfind(".clamp(").is_some_and(|at| !before[at..].contains(')'));
+        let clamped = within.rfind(".clamp(").is_some_and(|at| !within[at..].contains(')'));
         (is_constant && value_from.is_some_and(|from| it.place.start > from))
             || follows(&compared)
             || leads(&compared[..4])
@@ -341,7 +341,9 @@ fn nothing_is_decided_by_a_whole_number_of_its_own() {
         }
         let known: &[&str] =
             WHOLE_NUMBERS.iter().find(|(file, ..)| *file == name).map_or(&[], |(_, known, _)| known);
-        for line in program(&source.text).lines() {
+        // What an option takes stands in an attribute, and whoever gives something else is told.
+        let is_attribute = |line: &&str| line.trim_start().starts_with("#[");
+        for line in program(&source.text).lines().filter(|line| !is_attribute(line)) {
             let code = without_literals(line);
             for number in deciding(&code) {
                 if known.contains(&number) {
