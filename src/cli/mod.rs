@@ -7,6 +7,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -139,11 +140,22 @@ enum Subcommand {
     Schema(schema::Arguments),
 }
 
-/// The command line, or its error and exit 2. Numbers may be negative everywhere: what cannot be is refused by who knows
-/// why, and not as an option that nobody knows.
+/// The command line, or its error and exit 2. Where only a command is missing the help is the answer, and the end is 0. Numbers
+/// may be negative everywhere: what cannot be is refused by who knows why, and not as an option that nobody knows.
 fn command_line() -> CommandLine {
-    let matches = command().get_matches();
-    CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    let read = command().try_get_matches().and_then(|it| CommandLine::from_arg_matches(&it));
+    read.unwrap_or_else(|error| match error.kind() {
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let help = error.render();
+            if std::io::stdout().is_terminal() {
+                print!("{}", help.ansi())
+            } else {
+                print!("{help}")
+            }
+            std::process::exit(0)
+        }
+        _ => error.exit(),
+    })
 }
 
 /// The command line as clap has it.

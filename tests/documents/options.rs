@@ -76,6 +76,23 @@ impl Commands {
     }
 }
 
+/// A command that lacks only a command answers with its help, as one that asks for help.
+#[test]
+fn a_command_alone_shows_its_help() {
+    for command in ["", "experiment", "fleet", "dronecan"] {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let done = rotorbench(root(), &words);
+        let asked = rotorbench(root(), &[&words[..], &["-h"]].concat());
+        assert_eq!((done.status.code(), done.stderr.len()), (Some(0), 0), "`rotorbench {command}`");
+        assert_eq!(String::from_utf8(done.stdout), String::from_utf8(asked.stdout), "`rotorbench {command}`");
+    }
+    // Where more than a command is missing it is an error still.
+    for command in ["diagnose", "fleet plan", "fleet merge", "nonsense"] {
+        let done = rotorbench(root(), &command.split(' ').collect::<Vec<_>>());
+        assert_eq!((done.status.code(), done.stdout.len()), (Some(2), 0), "`rotorbench {command}`");
+    }
+}
+
 #[test]
 fn options_and_commands_that_are_shown_exist() {
     let commands = Commands::of_the_program();
