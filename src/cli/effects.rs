@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::effect::{CATALOGUE, Card, Site, find};
-use crate::model::Model;
+use crate::model::{Model, UserEffect};
 use crate::report;
 use crate::session;
 
@@ -48,7 +48,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let model = session::open_model(&arguments.model)?;
     let Some(id) = &arguments.id else {
-        let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).collect();
+        let own = model.user_effects.iter().map(Answer::of_own);
+        let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).chain(own).collect();
         output::say(arguments.json, &cards, || report::effects::list(&model))?;
         return Ok(Outcome::Done);
     };
@@ -60,51 +61,51 @@ pub fn run(arguments: &Arguments) -> CliResult {
                 .err()
                 .map_or_else(|| UsageError::UnknownEffect { id: id.clone() }.into(), CliError::from)
         })?;
-        println!("{} ({}): {}\n  {}", own.id, own.site.name(), own.expression, own.meaning);
+        output::say(arguments.json, &Answer::of_own(own), || report::effects::own_card(own))?;
         return Ok(Outcome::Done);
     };
     output::say(arguments.json, &Answer::of(card), || report::effects::card(card))?;
     Ok(Outcome::Done)
 }
 
-/// A card, as `--json` writes it.
+/// A card, as `--json` writes it; of a law of one's own what its model file does not say is empty.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Answer {
+pub(super) struct Answer<'a> {
     /// Name in files.
-    id: &'static str,
+    id: &'a str,
     /// One line.
-    meaning: &'static str,
+    meaning: &'a str,
     /// The law, in the paper's symbols.
-    equation: &'static str,
+    equation: &'a str,
     /// Where the law is from.
-    source: &'static str,
+    source: &'a str,
     /// Where it acts.
     site: Site,
     /// Its parameters, in the order of the law.
-    parameters: Vec<ParameterAnswer>,
+    parameters: Vec<ParameterAnswer<'a>>,
     /// Log columns it cannot be judged without (`*` stands for the rotor).
-    needs: &'static [&'static str],
+    needs: &'a [&'a str],
     /// Two plain sentences.
-    report: [&'static str; 2],
+    report: [&'a str; 2],
     /// How it shows in the residual.
-    residual: &'static str,
+    residual: &'a str,
     /// Ids of what it is confused with.
-    confused_with: &'static [&'static str],
+    confused_with: &'a [&'a str],
     /// Which experiment excites it, or tells it from those.
-    experiment: &'static str,
+    experiment: &'a str,
 }
 
 /// A parameter of a card.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-struct ParameterAnswer {
+struct ParameterAnswer<'a> {
     /// Name in files.
-    name: &'static str,
+    name: &'a str,
     /// Symbol in the equation.
-    symbol: &'static str,
+    symbol: &'a str,
     /// SI unit.
-    unit: &'static str,
+    unit: &'a str,
     /// Smallest value a fit may take, in the unit.
     lower: f64,
     /// Largest value a fit may take.
@@ -112,11 +113,11 @@ struct ParameterAnswer {
     /// Where a fit starts.
     start: f64,
     /// What it is.
-    meaning: &'static str,
+    meaning: &'a str,
 }
 
-impl Answer {
-    fn of(card: &Card) -> Self {
+impl<'a> Answer<'a> {
+    fn of(card: &'a Card) -> Self {
         let parameters = card.parameters.iter().map(|it| ParameterAnswer {
             name: it.name,
             symbol: it.symbol,
@@ -138,6 +139,32 @@ impl Answer {
             residual: card.residual,
             confused_with: card.confused_with,
             experiment: card.experiment,
+        }
+    }
+
+    /// A law of one's own, with what its model file says of it.
+    fn of_own(own: &'a UserEffect) -> Self {
+        let parameters = own.parameters.iter().map(|it| ParameterAnswer {
+            name: &it.name,
+            symbol: &it.name,
+            unit: &it.unit,
+            lower: it.lower,
+            upper: it.upper,
+            start: it.start,
+            meaning: "",
+        });
+        Self {
+            id: &own.id,
+            meaning: &own.meaning,
+            equation: &own.expression,
+            source: "",
+            site: own.site,
+            parameters: parameters.collect(),
+            needs: &[],
+            report: ["", ""],
+            residual: "",
+            confused_with: &[],
+            experiment: "",
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::effect::{CATALOGUE, Card};
-use crate::model::Model;
+use crate::model::{Model, UserEffect};
 
 /// Each effect on a line, those of the model's user behind them.
 #[must_use]
@@ -16,6 +16,12 @@ pub fn list(model: &Model) -> String {
         let _ = writeln!(text, "{:<24} {:<18} {} (your own)", user.id, user.site.name(), user.expression);
     }
     text
+}
+
+/// A law of one's own.
+#[must_use]
+pub fn own_card(own: &UserEffect) -> String {
+    format!("{} ({}): {}\n  {}\n", own.id, own.site.name(), own.expression, own.meaning)
 }
 
 /// A card.

@@ -72,7 +72,7 @@ pub fn jitter(jitter: &Jitter) -> Result<Value, serde_json::Error> {
     Ok(value)
 }
 
-/// The text of an answer, with `schema` in it.
+/// The text of an answer, with `schema` in it; of a list, in each of its objects.
 ///
 /// # Errors
 ///
@@ -92,7 +92,11 @@ pub fn line(answer: &impl Serialize) -> Result<String, serde_json::Error> {
 
 fn with_version(answer: &impl Serialize) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::to_value(answer)?;
-    if let Value::Object(fields) = &mut value {
+    let objects = match &mut value {
+        Value::Array(rows) => rows.as_mut_slice(),
+        one => std::slice::from_mut(one),
+    };
+    for fields in objects.iter_mut().filter_map(Value::as_object_mut) {
         fields.insert("schema".to_owned(), json!(SCHEMA));
     }
     say_measures(&mut value);

@@ -55,14 +55,21 @@ fn schema<T: JsonSchema>(command: &str) -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(nullable);
     let mut root = settings.into_generator().into_root_schema_for::<T>().to_value();
     root["title"] = json!(format!("rotorbench {command} --json"));
-    if let Some(fields) = root.get_mut("properties").and_then(Value::as_object_mut) {
+    // Of a list each of its objects says it.
+    let row =
+        root.pointer("/items/$ref").and_then(Value::as_str).map(|it| it.trim_start_matches('#').to_owned());
+    let answer = match row {
+        Some(row) => root.pointer_mut(&row).expect("what the list holds"),
+        None => &mut root,
+    };
+    if let Some(fields) = answer.get_mut("properties").and_then(Value::as_object_mut) {
         let version = json!({ "const": crate::report::json::SCHEMA, "description": "Version of the form." });
         fields.insert("schema".to_owned(), version);
         // Not there yet where no field is always there.
-        if root.get("required").is_none() {
-            root["required"] = json!([]);
+        if answer.get("required").is_none() {
+            answer["required"] = json!([]);
         }
-        root["required"].as_array_mut().expect("a list").push(json!("schema"));
+        answer["required"].as_array_mut().expect("a list").push(json!("schema"));
     }
     root
 }
