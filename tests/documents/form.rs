@@ -71,7 +71,7 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 /// Where tools write what they measured: page, place, and the script that knows both.
-const PLACES: [(&str, &[&str], &str); 9] = [
+const PLACES: [(&str, &[&str], &str); 10] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores", "errors", "laws", "noise", "three", "coarse"], "campaign"),
     ("speed", &["peers"], "peers"),
@@ -80,6 +80,7 @@ const PLACES: [(&str, &[&str], &str); 9] = [
     ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
     ("real-logs", &["logs"], "soak"),
     ("scale", &["scale"], "scale"),
+    ("fleet", &["fleet"], "fleet/test"),
     ("workbench", &["workbench"], "workbench"),
 ];
 
