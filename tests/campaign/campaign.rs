@@ -50,9 +50,9 @@ enum CommandLine {
         /// Cases of each effect on each bench where it shows
         #[arg(long, default_value_t = 20)]
         draws: u64,
-        /// First seed
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
+        /// First seeds: the cases of all of them, each as it is when drawn alone
+        #[arg(long, default_value = "1", value_delimiter = ',')]
+        seed: Vec<u64>,
         /// Laws with a formula and what may be taken for one, for `discover`, and nothing else
         #[arg(long, group = "only")]
         discover: bool,
@@ -94,16 +94,21 @@ enum CommandLine {
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
         CommandLine::Generate { out, draws, seed, discover, blurred, coarse_battery, three, noisy } => {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy) {
-                (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
-                (_, Some(count), ..) => (0..count).map(|number| Question::coarse(number, &mut rng)).collect(),
-                (_, _, Some(count), _) => (0..count).map(|_| Question::three(&mut rng)).collect(),
-                (.., Some(count)) => (0..count).map(Question::flawed).collect(),
-                _ if discover => discovered::questions(draws),
-                _ => questions(draws, seed),
-            };
-            generate(&out, &asked, seed).map(|()| true)
+            let drawn = seed.iter().map(|seed| {
+                let mut rng = ChaCha8Rng::seed_from_u64(*seed);
+                let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy) {
+                    (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
+                    (_, Some(count), ..) => {
+                        (0..count).map(|number| Question::coarse(number, &mut rng)).collect()
+                    }
+                    (_, _, Some(count), _) => (0..count).map(|_| Question::three(&mut rng)).collect(),
+                    (.., Some(count)) => (0..count).map(Question::flawed).collect(),
+                    _ if discover => discovered::questions(draws),
+                    _ => questions(draws, *seed),
+                };
+                (*seed, asked)
+            });
+            generate(&out, drawn).map(|()| true)
         }
         CommandLine::Score { folder, binary, jobs, only, discover: true, brief } => {
             discovered::score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
@@ -141,14 +146,17 @@ fn questions(draws: u64, seed: u64) -> Vec<Question> {
     out
 }
 
-fn generate(out: &Path, questions: &[Question], seed: u64) -> Result<(), Box<dyn Error>> {
+/// Writes what was asked, seed after seed.
+fn generate(out: &Path, drawn: impl IntoIterator<Item = (u64, Vec<Question>)>) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(out)?;
     let mut truths = Map::new();
-    for (number, question) in questions.iter().enumerate() {
-        let Some(case) = question.make(seed.wrapping_mul(1_000_003) + number as u64) else { continue };
-        let name = format!("case_{:04}", truths.len());
-        case.write(&out.join(&name))?;
-        truths.insert(name, case.truth);
+    for (seed, questions) in drawn {
+        for (number, question) in questions.iter().enumerate() {
+            let Some(case) = question.make(seed.wrapping_mul(1_000_003) + number as u64) else { continue };
+            let name = format!("case_{:04}", truths.len());
+            case.write(&out.join(&name))?;
+            truths.insert(name, case.truth);
+        }
     }
     fs::write(out.join("truth.json"), serde_json::to_string_pretty(&Value::Object(truths))?)?;
     Ok(())
