@@ -21,6 +21,8 @@ mod names;
 mod numbers;
 #[path = "documents/options.rs"]
 mod options;
+#[path = "documents/sentences.rs"]
+mod sentences;
 #[path = "documents/toml_blocks.rs"]
 mod toml_blocks;
 
@@ -123,7 +125,7 @@ fn check_shown(page: &str, text: &str, said: &str) -> usize {
 const FOREIGN: &str = "Time (s),ESC signal (µs),Motor Electrical Speed (RPM),Voltage (V)\n0,1200,3000,12\n0.1,1300,3600,12\n0.2,1250,3300,12\n";
 
 /// The answers that need no other process, by their schemas.
-const ANSWERS: [(&str, &str); 24] = [
+const ANSWERS: [(&str, &str); 25] = [
     ("check", "check --json"),
     ("compare", "compare --model paper --log held_out.csv --json"),
     ("compare-runs", "compare --runs run.mcap --json"),
@@ -134,6 +136,7 @@ const ANSWERS: [(&str, &str); 24] = [
     ("doctor", "doctor --json"),
     ("effects", "effects --json"),
     ("effects-card", "effects gravity_pendulum --json"),
+    ("effects-card", "effects creaking_pivot --model mine.toml --json"),
     ("emulate-shm", "emulate --shm --seconds 0.5 --config bench.toml --json"),
     ("experiment", "experiment steps --count 3 --lockstep --hide transport_delay -o steps.csv --json"),
     ("export", "export run.mcap -o run.csv --candump run.log --json"),
@@ -174,6 +177,7 @@ fn answers_fit_their_schemas() {
     fs::write(folder.path().join("plan.toml"), "[[bench]]\nname = \"one\"\nlog = [\"train.csv\"]\n")
         .expect("written");
     assert!(run("fleet run plan.toml -o answers").status.success());
+    fs::write(folder.path().join("mine.toml"), run("effects --template").stdout).expect("written");
     for (name, line) in ANSWERS {
         let answer = run(line);
         assert!(!answer.stdout.is_empty(), "{line}: {}", String::from_utf8_lossy(&answer.stderr));
@@ -217,6 +221,7 @@ fn commands_marked_as_runnable_run() {
             count += 1;
         }
         shown += check_shown(&page, &text, &said);
+        sentences::check(&page, &text, &said, folder.path());
     }
     assert!(count >= 30 && shown >= 25, "{count} commands and {shown} lines of output were found");
 }

@@ -40,7 +40,7 @@ fn thousands(count: usize) -> String {
 }
 
 /// Words with single blanks between them, without emphasis.
-fn words(text: &str) -> String {
+pub fn words(text: &str) -> String {
     text.replace('*', "").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
