@@ -20,6 +20,8 @@ pub struct SignalCodec {
     layout: Layout,
     /// First byte of the eight that hold the signal; `None`: it is walked.
     window: Option<u8>,
+    /// They are the payload's first.
+    is_in_first_word: bool,
     shift: u8,
     /// The signal's bits, at the bottom of the word.
     mask: u64,
@@ -94,6 +96,7 @@ impl SignalCodec {
         let mut codec = Self {
             layout,
             window: fits.then_some(byte as u8),
+            is_in_first_word: fits && byte == 0,
             shift: shift as u8,
             mask: u64::MAX >> (64 - size),
             factor,
@@ -174,14 +177,25 @@ impl SignalCodec {
 
     /// Whether the signal lies in the payload's first eight bytes.
     pub(super) fn is_in_first_word(&self) -> bool {
-        self.window == Some(0)
+        self.is_in_first_word
     }
 
     /// The low bits of `raw` where the signal has them in the payload's first eight bytes, read as a little-endian
     /// word; for a signal that lies there.
     #[inline]
     pub(super) fn in_first_word(&self, raw: u64) -> u64 {
-        let word = (raw & self.mask) << self.shift;
+        self.placed(raw & self.mask)
+    }
+
+    /// The bits nearest to `value`, as [`Self::in_first_word`].
+    #[inline]
+    pub(super) fn encode_in_first_word(&self, value: f64) -> u64 {
+        self.placed(self.unscale(value))
+    }
+
+    #[inline]
+    fn placed(&self, masked: u64) -> u64 {
+        let word = masked << self.shift;
         match self.layout.order {
             ByteOrder::Little => word,
             ByteOrder::Big => word.swap_bytes(),
@@ -219,21 +233,27 @@ impl SignalCodec {
     #[inline]
     pub fn unscale(&self, value: f64) -> u64 {
         let number = if self.is_unit { value } else { (value - self.offset) / self.factor };
-        match self.conversion {
-            Conversion::Short { at_nan, .. } if number.is_nan() => at_nan,
-            Conversion::Short { range: (least, greatest), .. } => {
-                let above = if number > least { number } else { least };
-                let within = if above < greatest { above } else { greatest };
-                (within + ROUNDING).to_bits() & self.mask
+        if let Conversion::Short { range: (least, greatest), at_nan, .. } = self.conversion {
+            if number.is_nan() {
+                return at_nan;
             }
-            Conversion::Long(_) => self.nearest(number),
-            Conversion::Float32 => u64::from((number as f32).to_bits()),
-            Conversion::Float64 => number.to_bits(),
+            let above = if number > least { number } else { least };
+            let within = if above < greatest { above } else { greatest };
+            return (within + ROUNDING).to_bits() & self.mask;
         }
+        if matches!(self.conversion, Conversion::Float32) {
+            return u64::from((number as f32).to_bits());
+        }
+        self.nearest(number)
     }
 
-    /// The bits nearest to `number`, for an integer of any size.
+    /// The bits nearest to `number`, for an integer of any size and for binary64.
+    // Apart, so that the few do not lengthen what is done for the many.
+    #[inline(never)]
     fn nearest(&self, number: f64) -> u64 {
+        if matches!(self.conversion, Conversion::Float64) {
+            return number.to_bits();
+        }
         if number.is_nan() {
             return self.unscale(0.0);
         }

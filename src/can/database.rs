@@ -162,11 +162,10 @@ impl Message {
         let mut first = 0;
         for signal in &self.signals {
             let Some(value) = value(signal) else { continue };
-            let raw = signal.codec.unscale(value);
             if signal.codec.is_in_first_word() {
-                first |= signal.codec.in_first_word(raw);
+                first |= signal.codec.encode_in_first_word(value);
             } else {
-                signal.codec.encode_raw(&mut payload, raw);
+                signal.codec.encode(&mut payload, value);
             }
         }
         if let Some(word) = payload.first_chunk_mut() {

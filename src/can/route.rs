@@ -191,8 +191,8 @@ impl<F: Copy> Route<F> {
         if self.is_one_word {
             let mut word = 0;
             for binding in &self.bindings {
-                let raw = binding.codec.unscale((value(binding.field) - binding.offset) / binding.scale);
-                word |= binding.codec.in_first_word(raw);
+                let value = (value(binding.field) - binding.offset) / binding.scale;
+                word |= binding.codec.encode_in_first_word(value);
             }
             if let Some((_, codec)) = &self.counter {
                 word |= codec.in_first_word(*counter);
