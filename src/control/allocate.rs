@@ -61,12 +61,16 @@ impl Allocator {
     pub fn allocate(&self, difference: f64, voltage: f64) -> Allocation {
         let hover = self.plant.hover_rate;
         // Symmetric about hover, so that the torque d c (ω_1² - ω_2²) is linear in the difference.
-        let half = limited(0.5 * difference, -hover, hover);
-        let wanted = self.commands([hover + half, hover - half], voltage);
+        let half = 0.5 * difference;
+        let is_beyond = half.abs() > hover;
+        let half = if is_beyond { hover.copysign(half) } else { half };
+        let rotor = self.commands([hover + half, hover - half], voltage);
         let limit = self.known.command_limit;
-        let rotor = [limited(wanted[0], 0.0, limit), limited(wanted[1], 0.0, limit)];
-        let saturated = (0.5 * difference).abs() > hover || rotor != wanted;
-        Allocation { rotor, saturated }
+        // As a rule nothing is to be limited, which these four know sooner than the limits would.
+        if rotor[0] >= 0.0 && rotor[0] <= limit && rotor[1] >= 0.0 && rotor[1] <= limit {
+            return Allocation { rotor, saturated: is_beyond };
+        }
+        Allocation { rotor: rotor.map(|command| limited(command, 0.0, limit)), saturated: true }
     }
 
     /// [rad/s] u_x that two commands stand for: the difference about hover that gives the same torque.
@@ -84,24 +88,25 @@ impl Allocator {
     #[inline(always)]
     fn commands(&self, rates: [f64; 2], voltage: f64) -> [f64; 2] {
         if !self.plain {
-            return self.known_commands(rates, voltage);
+            return self.known_commands(rates.into(), voltage).into();
         }
         // **Deviation:** [LPC16] Eq. (2) adds k_V (v_bmax - v_b); a rotor slows down as its battery drops.
         let drop = self.drop(voltage);
         self.plant.commands_for([rates[0] + drop, rates[1] + drop])
     }
 
+    // Pairs here and below: an array would go through memory, and make the others' step go through it, too.
     #[cold]
     #[inline(never)]
-    fn known_commands(&self, rates: [f64; 2], voltage: f64) -> [f64; 2] {
-        rates.map(|rate| self.known_command(rate, voltage))
+    fn known_commands(&self, rates: (f64, f64), voltage: f64) -> (f64, f64) {
+        (self.known_command(rates.0, voltage), self.known_command(rates.1, voltage))
     }
 
     /// [rad/s] z, the speeds that rotors settle at under the commands `u`.
     #[inline(always)]
     fn rates(&self, u: [f64; 2], voltage: f64) -> [f64; 2] {
         if !self.plain {
-            return self.known_rates(u, voltage);
+            return self.known_rates(u.into(), voltage).into();
         }
         let drop = self.drop(voltage);
         u.map(|u| (self.plant.steady_rate(limited(u, 0.0, 1.0)) - drop).max(0.0))
@@ -109,8 +114,8 @@ impl Allocator {
 
     #[cold]
     #[inline(never)]
-    fn known_rates(&self, u: [f64; 2], voltage: f64) -> [f64; 2] {
-        u.map(|u| self.known_rate(u, voltage))
+    fn known_rates(&self, u: (f64, f64), voltage: f64) -> (f64, f64) {
+        (self.known_rate(u.0, voltage), self.known_rate(u.1, voltage))
     }
 
     /// [rad/s] what the battery takes from a rotor's speed.

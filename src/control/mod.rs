@@ -94,6 +94,7 @@ impl Controller for AnyController {
     }
 
     /// One period. The state of the other controller is replaced by a fresh one.
+    #[inline]
     fn step(
         &self,
         state: &mut AnyState,
