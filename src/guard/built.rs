@@ -1,7 +1,6 @@
 //! A built guard: what it holds the bench to.
 
 use super::signals::SignalLimit;
-use super::thresholds::{THRESHOLDS, share_of};
 use crate::signal::Channel;
 
 /// What an experiment must fit into.
@@ -19,6 +18,12 @@ pub struct Guard {
     pub(super) limits: Limits,
     pub(super) period_ns: u64,
     pub(super) hold_ns: u64,
+    /// By which what is due in a period may be late.
+    pub(super) lateness_ns: u64,
+    /// After which the command in force counts as held.
+    pub(super) held_ns: u64,
+    /// For which a controller may leave newer sensors unanswered before that degrades.
+    pub(super) unanswered_ns: u64,
     pub(super) hold_periods: u32,
     pub(super) ramp_periods: u32,
     pub(super) time_to_live_ns: u64,
@@ -62,10 +67,5 @@ impl Guard {
     #[must_use]
     pub fn time_to_live_ns(&self) -> u64 {
         self.time_to_live_ns
-    }
-
-    /// [ns] by which what is due in a period may be late.
-    pub(super) fn lateness_ns(&self) -> u64 {
-        share_of(THRESHOLDS.lateness_share, self.period_ns)
     }
 }

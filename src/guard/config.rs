@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::built::{Guard, Limits};
 use super::signals::SignalLimit;
-use super::thresholds::THRESHOLDS;
+use super::thresholds::{THRESHOLDS, share_of};
 use crate::clock::span_ns;
 use crate::signal::channels::sensor_table;
 use crate::signal::{After, Channel, GuardRow, Sensor};
@@ -156,6 +156,11 @@ impl GuardConfig {
             limits: Limits { maximum: self.rotor_maximum, slew_per_s: self.slew_per_s },
             period_ns,
             hold_ns,
+            lateness_ns: share_of(THRESHOLDS.lateness_share, period_ns),
+            held_ns: share_of(THRESHOLDS.held_share, period_ns),
+            // As with a signal, half of the hold degrades; a controller that just missed a frame is not deaf.
+            unanswered_ns: share_of(THRESHOLDS.warning_share, hold_ns)
+                .max(share_of(THRESHOLDS.unanswered_periods, period_ns)),
             hold_periods: hold_periods as u32,
             ramp_periods: self.ramp_periods,
             time_to_live_ns: span_ns(time_to_live),
@@ -218,9 +223,11 @@ impl SignalConfig {
             After::Seconds(seconds) => span_ns(seconds),
             After::Never => never_ns,
         };
+        let stale_after_ns = span(self.stale_after_s, row.stale_after, u64::MAX);
         Ok(SignalLimit {
             required: self.required.unwrap_or(row.required),
-            stale_after_ns: span(self.stale_after_s, row.stale_after, u64::MAX),
+            stale_after_ns,
+            warning_ns: share_of(THRESHOLDS.warning_share, stale_after_ns),
             minimum,
             maximum,
             frozen_after_ns: span(self.frozen_after_s, row.frozen_after, 0),

@@ -3,7 +3,7 @@
 use super::built::Guard;
 use super::gate::CommandGate;
 use super::table::State;
-use super::thresholds::{THRESHOLDS, share_of};
+use super::thresholds::THRESHOLDS;
 use crate::signal::{Applied, AppliedFlags, ROTORS};
 
 /// What left in the last step.
@@ -95,7 +95,7 @@ impl Output {
         // After a pause of the guard itself, one period's slew and no more.
         let change = guard.limits.slew_per_s * step_ns.min(guard.period_ns) as f64 * 1e-9;
         let leak = guard.swing_limit / THRESHOLDS.swing_leak_s * step_ns as f64 * 1e-9;
-        let held = now_ns.saturating_sub(gate.passed_ns) >= share_of(THRESHOLDS.held_share, guard.period_ns);
+        let held = now_ns.saturating_sub(gate.passed_ns) >= guard.held_ns;
         let mut flags = if held { AppliedFlags::HELD } else { 0 };
         let memory = self.sides.iter_mut().zip(&mut self.swings);
         for ((rotor, wanted), (side, swings)) in self.rotor.iter_mut().zip(gate.rotor).zip(memory) {
@@ -122,7 +122,7 @@ impl Output {
     fn ramp(&mut self, guard: &Guard, now_ns: u64) -> u32 {
         let ramp_ns = guard.period_ns.saturating_mul(u64::from(guard.ramp_periods));
         // A little early is not early: the ramp's last step must not slip by a period.
-        let since_ns = now_ns.saturating_sub(self.ramp_ns).saturating_add(guard.lateness_ns());
+        let since_ns = now_ns.saturating_sub(self.ramp_ns).saturating_add(guard.lateness_ns);
         let steps = since_ns / guard.period_ns + 1;
         let age_ns = now_ns.saturating_sub(self.source.1);
         let expired = age_ns > guard.time_to_live_ns.saturating_add(ramp_ns);

@@ -1,7 +1,6 @@
 //! Assessment of each measured signal: missing, stale, out of range, no number, frozen.
 
 use super::Cause;
-use super::thresholds::{THRESHOLDS, share_of};
 use crate::signal::{Health, Sample};
 
 /// Limits of one signal, resolved.
@@ -9,6 +8,8 @@ use crate::signal::{Health, Sample};
 pub(super) struct SignalLimit {
     pub(super) required: bool,
     pub(super) stale_after_ns: u64,
+    /// Age of which it is told that it grows too old: [`super::thresholds::Thresholds::warning_share`] of that.
+    pub(super) warning_ns: u64,
     pub(super) minimum: f64,
     pub(super) maximum: f64,
     /// 0 = never frozen.
@@ -42,6 +43,7 @@ pub(super) enum SignalState {
 
 impl SignalTrack {
     /// Assesses the newest sample. A value may stay the same for ever while no rotor turns (`turning` = false).
+    #[inline]
     pub(super) fn assess(
         &mut self,
         limit: &SignalLimit,
@@ -90,8 +92,7 @@ impl SignalTrack {
 
 /// Whether a sample is old enough to degrade. A stamp from the future is no fresher than one as far in the past.
 fn is_old(limit: &SignalLimit, sample: &Sample, now_ns: u64) -> bool {
-    let warning_ns = share_of(THRESHOLDS.warning_share, limit.stale_after_ns);
-    now_ns.abs_diff(sample.stamp_ns) > warning_ns
+    now_ns.abs_diff(sample.stamp_ns) > limit.warning_ns
 }
 
 /// What is wrong with a sample by itself.

@@ -4,7 +4,6 @@ use super::built::Guard;
 use super::memory::{GuardState, NO_SUBJECT};
 use super::signals::SignalState;
 use super::table::Cause;
-use super::thresholds::{THRESHOLDS, share_of};
 
 use crate::signal::{Channel, Sensors};
 
@@ -21,7 +20,11 @@ pub(super) struct Trouble {
 impl Guard {
     /// Periods by which a fresh command is overdue.
     pub(super) fn misses(&self, state: &GuardState, now_ns: u64) -> u32 {
-        let late_ns = now_ns.saturating_sub(state.gate.passed_ns).saturating_sub(self.lateness_ns());
+        let late_ns = now_ns.saturating_sub(state.gate.passed_ns).saturating_sub(self.lateness_ns);
+        if late_ns < self.period_ns {
+            // As a rule; a division is as long as half of all else.
+            return 0;
+        }
         u32::try_from(late_ns / self.period_ns).unwrap_or(u32::MAX)
     }
 
@@ -62,11 +65,6 @@ impl Guard {
         worst
     }
 
-    fn unanswered_limit_ns(&self) -> u64 {
-        let shortest_ns = share_of(THRESHOLDS.unanswered_periods, self.period_ns);
-        share_of(THRESHOLDS.warning_share, self.hold_ns).max(shortest_ns)
-    }
-
     fn command_trouble(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Trouble> {
         let gate = &state.gate;
         // From the command before the one that first left newer sensors unanswered, as misses are counted. A controller
@@ -78,12 +76,11 @@ impl Guard {
             (gate.complaint.unwrap_or(Cause::CommandMissing), true)
         } else if age_ns > self.time_to_live_ns {
             (Cause::CommandExpired, true)
-        } else if unanswered_ns > self.hold_ns.saturating_add(self.lateness_ns()) {
+        } else if unanswered_ns > self.hold_ns.saturating_add(self.lateness_ns) {
             (Cause::CommandAnswersOldSensors, true)
         } else if misses >= 1 {
             (gate.complaint.unwrap_or(Cause::CommandMissing), false)
-        } else if unanswered_ns > self.unanswered_limit_ns() {
-            // As with a signal, half of it degrades; a controller that just missed a frame is not deaf.
+        } else if unanswered_ns > self.unanswered_ns {
             (Cause::CommandAnswersOldSensors, false)
         } else {
             return None;
