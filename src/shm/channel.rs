@@ -80,9 +80,15 @@ impl<T: Payload> Publisher<T> {
         let service = creator.create().map_err(|error| failed(error.to_string()))?;
         let writer = service.writer_builder().create().map_err(|error| failed(error.to_string()))?;
         let head = writer.entry(&HEAD).map_err(|error| failed(error.to_string()))?;
-        let slots = (0..depth)
+        let mut slots = (0..depth)
             .map(|key| writer.entry(&key).map_err(|error| failed(error.to_string())))
             .collect::<Result<Vec<_>, _>>()?;
+        // Written to once before anybody can know of it: else each cycle of the first pass through the ring would meet pages that
+        // were never written to, locked or not, and a page fault is as long as the rest of the way of a frame. Twice, because
+        // an entry writes its two places in turn.
+        for _ in 0..2 {
+            slots.iter_mut().for_each(|slot| slot.update_with_copy(Slot::default()));
+        }
         place.set_access()?;
         claim.announce()?;
         let (head, slots, writer) = (Kept::new(head), Kept::new(slots), Kept::new(writer));
@@ -124,7 +130,12 @@ impl<T: Payload> Incarnation<T> {
         let slots = (0..topic.depth())
             .map(|key| reader.entry(&key).map_err(|error| failed(error.to_string())))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { head: Kept::new(head), slots: Kept::new(slots), _reader: Kept::new(reader) })
+        let opened = Self { head: Kept::new(head), slots: Kept::new(slots), _reader: Kept::new(reader) };
+        // Looked at once here, where nobody waits for it: else the cycles of the first pass would meet the page faults.
+        for number in 1..=u64::from(topic.depth()) {
+            std::hint::black_box(opened.slot(number));
+        }
+        Ok(opened)
     }
 
     fn newest(&self) -> u64 {
