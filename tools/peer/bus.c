@@ -2,21 +2,31 @@
  *
  *     bus echo IFACE
  *         the minimal loop: blocks in read, answers each frame 700 with a frame 010. Until killed.
+ *     bus pair IFACE
+ *         the same by two processes: one reads the bus and hands each frame 700 through shared memory and a futex to
+ *         the other, which hands the answer back the same way, and the first one writes it. Until killed.
  *     bus probe IFACE ID COUNT PERIOD_US
  *         sends COUNT frames ID, one a period, each followed by a wait for the frame 010, and prints the times
  *         in between [ns], one a line; after each answer it plays the ESCs, so that a guard may be open.
  *
  * Both sides of the comparison are measured by this one program. ID is 020 (the IMU's frame of dbc/bench.dbc, which a
- * running bench answers with 010, its command) or 700 (which only the echo answers). */
+ * running bench answers with 010, its command) or 700 (which only echo and pair answer). */
+#define _GNU_SOURCE
 #include <linux/can.h>
 #include <linux/can/raw.h>
+#include <linux/futex.h>
 #include <net/if.h>
 #include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -44,6 +54,50 @@ static void echo(int s) {
     struct can_frame in, out = {.can_id = COMMAND, .can_dlc = 8};
     while (read(s, &in, sizeof in) == (ssize_t)sizeof in) {
         memcpy(out.data, in.data, 8);
+        if (write(s, &out, sizeof out) != (ssize_t)sizeof out) perror("write");
+    }
+}
+
+/* One direction of the handover: a frame, and how often one was put there. */
+struct hand { _Atomic unsigned count; struct can_frame frame; };
+
+static void give(struct hand *hand, const struct can_frame *frame) {
+    hand->frame = *frame;
+    atomic_fetch_add(&hand->count, 1);
+    syscall(SYS_futex, &hand->count, FUTEX_WAKE, 1, NULL, NULL, 0);
+}
+
+/* The frame after the `seen`-th one; waits for it. */
+static struct can_frame await(struct hand *hand, unsigned seen) {
+    while (atomic_load(&hand->count) == seen) syscall(SYS_futex, &hand->count, FUTEX_WAIT, seen, NULL, NULL, 0);
+    return hand->frame;
+}
+
+static void pair(int s) {
+    struct hand *hands = mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (hands == MAP_FAILED) { perror("mmap"); exit(2); }
+    pid_t first = getpid(), second = fork();
+    if (second < 0) { perror("fork"); exit(2); }
+    if (second == 0) {
+        /* A priority lower, where there is one: whoever is woken goes on at once, as `control` lets `bridge`. */
+        struct sched_param p;
+        if (sched_getparam(0, &p) == 0 && p.sched_priority > 1) {
+            p.sched_priority--;
+            sched_setparam(0, &p);
+        }
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() != first) _exit(0);
+        mlockall(MCL_CURRENT | MCL_FUTURE); /* Which a child does not inherit. */
+        for (unsigned seen = 0;; seen++) {
+            struct can_frame in = await(&hands[0], seen), out = {.can_id = COMMAND, .can_dlc = 8};
+            memcpy(out.data, in.data, 8);
+            give(&hands[1], &out);
+        }
+    }
+    struct can_frame in;
+    for (unsigned seen = 0; read(s, &in, sizeof in) == (ssize_t)sizeof in; seen++) {
+        give(&hands[0], &in);
+        struct can_frame out = await(&hands[1], seen);
         if (write(s, &out, sizeof out) != (ssize_t)sizeof out) perror("write");
     }
 }
@@ -90,10 +144,14 @@ int main(int count, char **words) {
         echo(open_bus(words[2], ECHO));
         return 1;
     }
+    if (count == 3 && !strcmp(words[1], "pair")) {
+        pair(open_bus(words[2], ECHO));
+        return 1;
+    }
     if (count == 6 && !strcmp(words[1], "probe")) {
         canid_t id = (canid_t)strtoul(words[3], NULL, 16);
         return probe(open_bus(words[2], COMMAND), id, atoi(words[4]), atoi(words[5]));
     }
-    fprintf(stderr, "usage: bus echo IFACE | bus probe IFACE ID COUNT PERIOD_US\n");
+    fprintf(stderr, "usage: bus echo IFACE | bus pair IFACE | bus probe IFACE ID COUNT PERIOD_US\n");
     return 2;
 }
