@@ -113,8 +113,7 @@ pub fn file_hash(path: &Path) -> io::Result<String> {
 /// # Errors
 /// [`LogError`] with file, line and column.
 pub fn read(path: &Path) -> Result<Dataset, LogError> {
-    let all = NonZeroUsize::new(threads::most());
-    if let Some(Parts { header, digest, columns }) = threads::limited(all, || csv_parts::read(path)) {
+    if let Some(Parts { header, digest, columns }) = csv_parts::read(path) {
         return dataset(header, hexadecimal(&digest), columns, path);
     }
     let bytes = limits::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;

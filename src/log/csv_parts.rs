@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read as _};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -9,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::csv_blocks;
 use super::csv_header::Header;
 use super::limits::LONGEST_FILE;
-use crate::threads::both;
+use crate::threads::{both, limited, most};
 
 /// [bytes] from which on a file is read in parts.
 const LONG: u64 = 4 * PART as u64;
@@ -35,6 +36,7 @@ pub(super) fn read(path: &Path) -> Option<Parts> {
 
 /// Reads `length` bytes or more, `part` of them at a time.
 fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Option<Parts>> {
+    let all = NonZeroUsize::new(most());
     let mut hash = Sha256::new();
     let mut found: Option<(Header, Vec<Vec<f64>>)> = None;
     // Bytes of a line that goes on in the next part.
@@ -55,7 +57,8 @@ fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Op
             },
         };
         let body = text.get(start..end).unwrap_or_default();
-        let columns = || csv_blocks::columns(body, header.names.len(), header.time_at);
+        // The hash is soon made: all threads read.
+        let columns = || limited(all, || csv_blocks::columns(body, header.names.len(), header.time_at));
         let ((), columns) = both(|| hash.update(&text[carried..]), columns);
         let Some(columns) = columns else { return Ok(None) };
         match &mut found {
