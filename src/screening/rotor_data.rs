@@ -161,6 +161,17 @@ impl RotorLog {
         is_hole(self.time[row + 1] - self.time[row], self.interval)
     }
 
+    /// Whether this rotor and another one share the cells of a battery's reading and of each other's rates.
+    pub(crate) fn reads_battery_with(&self, other: &Self) -> bool {
+        let is_same = |one: Option<&Cells>, other: Option<&Cells>| {
+            one.zip(other).is_some_and(|(one, other)| std::ptr::eq(&one[..], &other[..]))
+        };
+        let beside = |rotor: &'_ Self| rotor.beside.as_ref().and_then(|beside| beside.rate.clone());
+        is_same(self.voltage.as_ref(), other.voltage.as_ref())
+            && is_same(Some(&self.rate), beside(other).as_ref())
+            && is_same(beside(self).as_ref(), Some(&other.rate))
+    }
+
     /// The first `rows` rows.
     pub fn head(&self, rows: usize) -> Self {
         let mut head = self.clone();

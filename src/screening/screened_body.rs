@@ -77,9 +77,14 @@ struct Input<'a> {
 impl<'a> Input<'a> {
     fn measured(log: &Dataset, rates: &[f64]) -> Self {
         let carried = readings::carried(log.time(), rates);
-        let rows: Vec<usize> = (0..carried.len()).filter(|row| carried[*row].is_finite()).collect();
-        let runs = rows.chunk_by(|a, b| *b == a + 1).map(|run| run[0]..run[run.len() - 1] + 1);
-        Self { known: runs.collect(), lacks: ROTOR_RATE_MISSING, modelled: None }
+        let mut known: Vec<Range<usize>> = Vec::new();
+        for row in (0..carried.len()).filter(|row| carried[*row].is_finite()) {
+            match known.last_mut() {
+                Some(run) if run.end == row => run.end = row + 1,
+                _ => known.push(row..row + 1),
+            }
+        }
+        Self { known, lacks: ROTOR_RATE_MISSING, modelled: None }
     }
 
     fn commanded(rotor: &'a ScreenedRotor) -> Self {

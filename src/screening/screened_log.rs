@@ -132,7 +132,12 @@ impl Judged {
             let rates = channels.iter().find(|channel| channel.name == rate);
             ScreenedRotor::of(log, voltage.as_ref(), number, rates.map_or(&[], |channel| &channel.judgements))
         };
-        let mut rotors: Vec<ScreenedRotor> = (1..=MOST_ROTORS).filter_map(rotor).collect();
+        let numbers: Vec<usize> = (1..=MOST_ROTORS).collect();
+        let rotors = spread(&numbers, |number| rotor(*number));
+        let mut rotors: Vec<ScreenedRotor> = rotors.into_iter().flatten().collect();
+        if let Some((first, others)) = rotors.split_first_mut() {
+            others.iter_mut().for_each(|other| other.see_through_as(first));
+        }
         let thrust = |number: usize| {
             let rotor = rotors.iter().find(|rotor| rotor.number() == number);
             ScreenedThrust::of(log, number, rotor)

@@ -4,7 +4,7 @@
 //! plot. But the rotor's law is not asked for it.
 
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use super::Finding;
 use super::channel::Judgement;
@@ -34,7 +34,7 @@ pub struct ScreenedRotor {
     suspicions: Vec<Suspicion>,
     findings: Vec<Finding>,
     /// See [`ScreenedRotor::voltage`]: of a reading in coarse steps, once somebody asks.
-    seen_through: OnceLock<Option<Cells>>,
+    seen_through: Arc<OnceLock<Option<Cells>>>,
 }
 
 impl ScreenedRotor {
@@ -68,7 +68,7 @@ impl ScreenedRotor {
         rotor.data.scored().for_each(|row| is_scored[row] = true);
         let (is_measured, data) = (rotor.is_measured(), rotor.data);
         let why = LeftOut::of(why.into_iter());
-        let seen_through = OnceLock::new();
+        let seen_through = Arc::default();
         Some(Self {
             number,
             data,
@@ -174,6 +174,14 @@ impl ScreenedRotor {
         Some(seen.as_ref().unwrap_or(read))
     }
 
+    /// Takes what another rotor of the log sees behind a coarse reading, once either asks: both draw on one battery, and where they know
+    /// the same of each other it is the same.
+    pub(crate) fn see_through_as(&mut self, other: &Self) {
+        if self.data.reads_battery_with(&other.data) {
+            self.seen_through = Arc::clone(&other.seen_through);
+        }
+    }
+
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
         let is_lost = |row: usize, own: usize| self.is_scored(row) && !whole.is_scored(own);
@@ -194,7 +202,7 @@ impl ScreenedRotor {
             Some(_) => {
                 let of_rows = |volts: &Cells| rows.iter().map(|row| volts[*row]).collect::<Cells>();
                 let seen = whole.seen_through.get().and_then(Option::as_ref).map(of_rows);
-                self.seen_through = OnceLock::from(seen);
+                self.seen_through = Arc::new(OnceLock::from(seen));
             }
         }
     }
@@ -202,7 +210,7 @@ impl ScreenedRotor {
     /// Takes the battery away.
     pub(crate) fn drop_battery(&mut self) {
         (self.data.voltage, self.data.voltage_gap) = (None, None);
-        self.seen_through = OnceLock::new();
+        self.seen_through = Arc::default();
     }
 }
 

@@ -18,9 +18,10 @@ use super::screened_log::ScreenedLog;
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
-use crate::estimation::quantile::{quantile, sorted};
+use crate::estimation::quantile::{quantiles, sorted};
 use crate::log::dataset::{Dataset, is_hole};
 use crate::signal::columns;
+use crate::threads::spread;
 
 mod rows;
 #[cfg(test)]
@@ -119,17 +120,20 @@ impl LogSummary {
         let time = log.time();
         let median = log.median_interval();
         let intervals =
-            || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| !is_hole(*interval, median));
-        let looked_at = log.names().filter_map(|name| screened.look_at(name));
-        let channels = looked_at.map(|(column, remarks)| ChannelSummary::of(&column, &remarks)).collect();
+            time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| !is_hole(*interval, median));
+        let names: Vec<&str> = log.names().collect();
+        let channels = spread(&names, |name| {
+            let (column, remarks) = screened.look_at(name)?;
+            Some(ChannelSummary::of(&column, &remarks))
+        });
         let mut summary = Self {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
             median_interval_s: median,
-            interval_s: THRESHOLDS.shown_intervals.map(|share| quantile(intervals(), share).unwrap_or(0.0)),
+            interval_s: quantiles(intervals, THRESHOLDS.shown_intervals).unwrap_or([0.0; 3]),
             holes: holes(log),
             standstill_starts_s: sorted(screened.rotors().flat_map(ScreenedRotor::starts)),
-            channels,
+            channels: channels.into_iter().flatten().collect(),
             rotors: screened.rotors().map(|rotor| RotorSummary::of(rotor, log.len())).collect(),
             thrusts: RotorSummary::of_thrusts(screened),
             body: BodySummary::of(screened),
