@@ -1,6 +1,8 @@
 //! Linear least squares and instrumental variables, with standard errors that allow for correlated residuals.
 
-use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 use super::autocorrelation::memory;
 use super::inversion::invert;
@@ -42,7 +44,7 @@ impl LinearFit {
 
 /// Least squares of `y` on the columns of `design`; `None` when the columns do not determine the coefficients.
 pub(crate) fn least_squares(design: &DMatrix<f64>, y: &DVector<f64>) -> Option<LinearFit> {
-    instrumental(design, design, y)
+    instrumental(design.as_view(), design.as_view(), y)
 }
 
 /// The first `powers` powers of time, from the constant on, when time goes from -1 to 1: a smooth course.
@@ -58,27 +60,30 @@ pub(crate) fn smooth_course(time: &[f64], powers: usize) -> DMatrix<f64> {
 /// The covariance is that of white residuals, widened for each coefficient by the one from sums of scores
 /// over blocks of time where that is larger, so that intervals hold with correlated residuals.
 pub(crate) fn instrumental(
-    design: &DMatrix<f64>,
-    instruments: &DMatrix<f64>,
+    design: DMatrixView<f64>,
+    instruments: DMatrixView<f64>,
     y: &DVector<f64>,
 ) -> Option<LinearFit> {
     let (rows, columns) = design.shape();
     if rows <= columns + 1 {
         return None;
     }
-    let first_stage = invert(&(instruments.transpose() * instruments))? * (instruments.transpose() * design);
-    let fitted = instruments * first_stage;
-    let inverse = invert(&(fitted.transpose() * &fitted))?;
-    let coefficients = &inverse * (fitted.transpose() * y);
-    let residuals = y - design * &coefficients;
+    let first_stage = invert(&instruments.tr_mul(&instruments))? * instruments.tr_mul(&design);
+    // In blocks: beside the columns of a long log there is no room for as much again.
+    let fitted = |rows: &Range<usize>| instruments.rows(rows.start, rows.len()) * &first_stage;
+    let (mut squares, mut products) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
+    for block in blocks(rows) {
+        let fitted = fitted(&block);
+        squares += fitted.tr_mul(&fitted);
+        products += fitted.tr_mul(&y.rows(block.start, block.len()));
+    }
+    let inverse = invert(&squares)?;
+    let coefficients = &inverse * products;
+    let mut residuals = y.clone();
+    residuals.gemv(-1.0, &design, &coefficients, 1.0);
     let variance = residuals.norm_squared() / (rows - columns) as f64;
     let white = &inverse * variance;
-    let scores = |block: std::ops::Range<usize>| {
-        block.fold(DVector::zeros(columns), |mut sum, row| {
-            (0..columns).for_each(|column| sum[column] += fitted[(row, column)] * residuals[row]);
-            sum
-        })
-    };
+    let scores = |block: Range<usize>| fitted(&block).tr_mul(&residuals.rows(block.start, block.len()));
     let scores: Vec<DVector<f64>> = blocks(rows).map(scores).collect();
     let covariance = widened(&white, &inverse, &scores, rows, memory(residuals.as_slice()));
     let residual_rms = (residuals.norm_squared() / rows as f64).sqrt();
@@ -155,7 +160,7 @@ mod tests {
         let clean = DMatrix::from_fn(rows, 2, |row, column| if column == 0 { 1.0 } else { truth[row] });
         let y = DVector::from_fn(rows, |row, _| 5.0 * truth[row] + 0.1 * noise(&mut random));
         let attenuated = least_squares(&noisy, &y).unwrap();
-        let corrected = instrumental(&noisy, &clean, &y).unwrap();
+        let corrected = instrumental(noisy.as_view(), clean.as_view(), &y).unwrap();
         assert!(attenuated.coefficients[1] < 3.0, "the noise hides half of the slope");
         let error = (corrected.coefficients[1] - 5.0).abs();
         assert!(error < 3.0 * corrected.standard_error(1), "{error} against {}", corrected.standard_error(1));

@@ -68,23 +68,20 @@ struct Drive {
 
 /// What the fit is made of: a row for each sample of the windows, each column less its mean over the window.
 struct Regression {
-    /// The impulse per lever arm, and time.
+    /// The impulse per lever arm, and time; behind them the integrals of rate and angle.
     design: DMatrix<f64>,
     /// The same with the predicted impulse.
     instruments: DMatrix<f64>,
     /// [rad/s] the body's rate.
     y: DVector<f64>,
-    /// Beside: the integrals of rate and angle.
-    own: [Vec<f64>; 2],
 }
 
 impl Regression {
     fn of(log: &Dataset, rate: &[f64], drive: &Drive, windows: &[Vec<usize>]) -> Self {
         let rows = windows.iter().map(Vec::len).sum();
         let integrals = integrals(log, rate);
-        let mut own = [vec![0.0; rows], vec![0.0; rows]];
-        let mut design = DMatrix::zeros(rows, 2);
-        let mut instruments = DMatrix::zeros(rows, 2);
+        let mut design = DMatrix::zeros(rows, 4);
+        let mut instruments = DMatrix::zeros(rows, 4);
         let mut y = DVector::zeros(rows);
         let predicted = drive.predicted.as_deref().unwrap_or(&drive.measured);
         let mut at = 0;
@@ -98,13 +95,14 @@ impl Regression {
                 design[(at, 1)] = log.time()[row] - means[2];
                 instruments[(at, 1)] = design[(at, 1)];
                 y[at] = rate[row] - means[3];
-                for ((all, own), mean) in integrals.iter().zip(&mut own).zip(own_means) {
-                    own[at] = all[row] - mean;
+                for (column, (all, mean)) in integrals.iter().zip(own_means).enumerate() {
+                    design[(at, 2 + column)] = all[row] - mean;
+                    instruments[(at, 2 + column)] = all[row] - mean;
                 }
                 at += 1;
             }
         }
-        Self { design, instruments, y, own }
+        Self { design, instruments, y }
     }
 }
 
@@ -155,20 +153,24 @@ pub(crate) fn identify(
         warnings.push(Finding::new("too_few_body_samples", "inertia").of(log.source_name()));
         return None;
     }
-    fit(log, rate, &drive, &windows, arm, warnings)
+    let (driven_by, lever) = (drive.driven_by, drive.lever);
+    let regression = Regression::of(log, rate, &drive, &windows);
+    drop(drive);
+    fit(log, rate, regression, (driven_by, lever), &windows, arm, warnings)
 }
 
 /// Fits the inertia over the windows; `None` where the torque hardly shows.
 fn fit(
     log: &Dataset,
     rate: &[f64],
-    drive: &Drive,
+    regression: Regression,
+    (driven_by, lever): (&'static str, f64),
     windows: &[Vec<usize>],
     arm: f64,
     warnings: &mut Vec<Finding>,
 ) -> Option<Body> {
-    let Regression { design, instruments, y, own } = Regression::of(log, rate, drive, windows);
-    let fit = least_squares::instrumental(&design, &instruments, &y)?;
+    let Regression { design, instruments, y } = regression;
+    let fit = least_squares::instrumental(design.columns(0, 2), instruments.columns(0, 2), &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     if slope.value < THRESHOLDS.torque_shows_errors * slope.standard_error || slope.value <= 0.0 {
         let hardly = Finding::new("torque_hardly_shows", "inertia").of(log.source_name());
@@ -176,11 +178,11 @@ fn fit(
         return None;
     }
     let inertia_of = |slope: Estimate| {
-        let over = slope.scaled(arm / drive.lever);
+        let over = slope.scaled(arm / lever);
         Estimate { value: arm / over.value, standard_error: arm * over.standard_error / over.value.powi(2) }
     };
-    let omitted_torque =
-        omitted_torque::find((&design, &instruments, &y), own.each_ref().map(Vec::as_slice), &fit);
+    let omitted_torque = omitted_torque::find((&design, &instruments, &y), &fit);
+    drop((design, instruments));
     // What is missing may be another torque than the one that shows: J is known as well as the two values agree.
     let bent = omitted_torque.map_or(0.0, |(.., beside)| beside.value - slope.value);
     let slope = Estimate { standard_error: slope.standard_error.hypot(bent), ..slope };
@@ -189,7 +191,7 @@ fn fit(
         shows,
         inertia: inertia_of(beside),
     });
-    let (arm_over_inertia, inertia) = (slope.scaled(arm / drive.lever), inertia_of(slope));
+    let (arm_over_inertia, inertia) = (slope.scaled(arm / lever), inertia_of(slope));
     let each = windows.iter().flatten().zip(fit.residuals.iter());
     let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
     Some(Body {
@@ -203,7 +205,7 @@ fn fit(
         residual_correlation: lag_one_correlation(fit.residuals.as_slice()),
         omitted_torque,
         samples: y.len(),
-        driven_by: drive.driven_by,
+        driven_by,
         traces,
     })
 }

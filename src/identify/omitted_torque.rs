@@ -21,21 +21,13 @@ pub struct OmittedTorque {
     pub inertia: Estimate,
 }
 
-/// What `alone`, d/J and a bias, leaves out; `integrals` are those of rate and angle over time, each less its mean over its
-/// window, row by row as `design`. With it comes the d/J beside them.
+/// What `alone`, a fit on the first two columns (d/J and a bias), leaves out; behind them are the integrals of rate and angle over
+/// time. With it comes the d/J beside them.
 pub(crate) fn find(
     (design, instruments, y): (&DMatrix<f64>, &DMatrix<f64>, &DVector<f64>),
-    integrals: [&[f64]; 2],
     alone: &LinearFit,
 ) -> Option<(&'static str, f64, Estimate)> {
-    let beside = |matrix: &DMatrix<f64>| {
-        let mut wide = matrix.clone().insert_columns(2, 2, 0.0);
-        for (column, values) in integrals.iter().enumerate() {
-            values.iter().enumerate().for_each(|(row, value)| wide[(row, 2 + column)] = *value);
-        }
-        wide
-    };
-    let fit = least_squares::instrumental(&beside(design), &beside(instruments), y)?;
+    let fit = least_squares::instrumental(design.as_view(), instruments.as_view(), y)?;
     let shows = |index: usize| fit.coefficients[index].abs() / fit.standard_error(index);
     let (what, shows) = if shows(2) > shows(3) {
         (Channel::BodyRate.name(), shows(2))

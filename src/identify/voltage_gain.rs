@@ -102,7 +102,7 @@ fn level_gain(rotor: &RotorLog, rows: std::ops::Range<usize>) -> Option<LevelGai
     let design =
         DMatrix::from_fn(rows.len(), 2, |at, column| if column == 0 { 1.0 } else { voltage[rows[at]] });
     let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| rotor.rate[row]));
-    let fit = least_squares::instrumental(&design, &instruments, &rate)?;
+    let fit = least_squares::instrumental(design.as_view(), instruments.as_view(), &rate)?;
     Some(LevelGain {
         source: rotor.source(),
         command,
