@@ -11,7 +11,7 @@ use crate::cancel;
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::windows;
-use crate::log::segments::{Stretch, held_throughout, stretches};
+use crate::log::segments::{held_throughout, stretches};
 use crate::log::signals::rotor_of;
 use crate::log::{Cells, Dataset};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
@@ -83,30 +83,39 @@ fn actuator(
     for added in &model.effects {
         is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
     }
+    // Mostly every reading is scored: nothing to copy.
+    let is_left_out = |row: usize| rate[row].is_finite() && !judged.is_scored(row);
+    let in_part = judged.stretches().iter().cloned().flatten().any(is_left_out);
     let (mut squares, mut count) = (0.0, 0.0);
     for rows in judged.stretches().iter().cloned() {
-        let inputs = std::iter::once(command)
-            .chain(battery.map(|volts| &volts[..]))
-            .map(|input| input[rows.clone()].to_vec());
-        let stretch = Stretch { inputs: inputs.collect(), rows };
-        let shown = &rate[stretch.rows.clone()];
-        let scored = stretch.rows.clone().zip(shown);
-        let measured: Vec<f64> =
-            scored.map(|(row, rate)| if judged.is_scored(row) { *rate } else { f64::NAN }).collect();
-        let modelled = rotor_run(equations, log, &stretch, rotor, (shown, &measured), is_slow);
+        let time = &log.time()[rows.clone()];
+        let shown = &rate[rows.clone()];
+        let scored = || rows.clone().zip(shown);
+        let measured: Cow<[f64]> = if in_part {
+            scored().map(|(row, rate)| if judged.is_scored(row) { *rate } else { f64::NAN }).collect()
+        } else {
+            Cow::Borrowed(shown)
+        };
+        let input = RotorInput {
+            time,
+            command: &command[rows.clone()],
+            voltage: battery.map(|volts| &volts[rows.clone()]),
+            side: side(rotor),
+        };
+        let modelled = rotor_run(equations, &input, rows.start == 0, (shown, &measured), is_slow);
         // What a first-order rotor does one sample ahead: the residual less what it had coming.
-        let time = &log.time()[stretch.rows.clone()];
-        let known: Vec<usize> = (0..measured.len()).filter(|k| measured[*k].is_finite()).collect();
-        for pair in known.windows(2) {
-            let (j, k) = (pair[0], pair[1]);
-            let kept = (-model.actuator.pole * (time[k] - time[j])).exp();
-            let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
-            if step.is_finite() {
-                squares += step * step;
-                count += 1.0;
+        let mut before: Option<usize> = None;
+        for k in (0..measured.len()).filter(|k| measured[*k].is_finite()) {
+            if let Some(j) = before.replace(k) {
+                let kept = (-model.actuator.pole * (time[k] - time[j])).exp();
+                let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
+                if step.is_finite() {
+                    squares += step * step;
+                    count += 1.0;
+                }
             }
         }
-        block.add_scored(stretch.rows, &measured, &modelled);
+        add(&mut block, in_part.then_some(&measured), rows, &modelled);
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
@@ -115,31 +124,24 @@ fn actuator(
 /// Rate that the telemetry would show over a stretch, started at the first measured value; of `scored` a slow state is learned.
 fn rotor_run(
     equations: &Equations,
-    log: &Dataset,
-    stretch: &Stretch,
-    rotor: usize,
+    input: &RotorInput,
+    is_first: bool,
     (measured, scored): (&[f64], &[f64]),
     is_slow: bool,
 ) -> Vec<f64> {
-    let input = RotorInput {
-        time: &log.time()[stretch.rows.clone()],
-        command: &stretch.inputs[0],
-        voltage: stretch.inputs.get(1).map(Vec::as_slice),
-        side: side(rotor),
-    };
     let mut start = RotorStart {
         rate: measured.first().copied().filter(|rate| rate.is_finite()),
-        is_first: stretch.rows.start == 0,
+        is_first,
         ..RotorStart::default()
     };
     let mut trace = RotorTrace::default();
-    equations.simulate_rotor(&input, &start, &mut trace);
+    equations.simulate_rotor(input, &start, &mut trace);
     if is_slow {
         // How warm the motor was at the start is not in the log: the value that fits best, the response to it
         // being close to linear.
         let from_steady = std::mem::take(&mut trace.measured);
         start.slow = THRESHOLDS.slow_trial;
-        equations.simulate_rotor(&input, &start, &mut trace);
+        equations.simulate_rotor(input, &start, &mut trace);
         let (mut along, mut size) = (0.0, 0.0);
         for ((y, a), b) in
             scored.iter().zip(&from_steady).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
@@ -148,7 +150,7 @@ fn rotor_run(
             size += (b - a).powi(2);
         }
         start.slow = if size > 0.0 { THRESHOLDS.slow_trial * along / size } else { 0.0 };
-        equations.simulate_rotor(&input, &start, &mut trace);
+        equations.simulate_rotor(input, &start, &mut trace);
     }
     trace.measured
 }
@@ -163,7 +165,7 @@ fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: u
     let driving = |name: &str| {
         log.column(name).filter(|_| model.needs(name)).map(|values| readings::bridged(log.time(), values))
     };
-    let still = || vec![0.0; log.len()];
+    let still = || Cow::Owned(vec![0.0; log.len()]);
     let angle = driving(BODY_ANGLE).unwrap_or_else(still);
     let body_rate = driving(BODY_RATE).unwrap_or_else(still);
     let rate = readings::bridged(log.time(), rate);
@@ -243,7 +245,7 @@ fn by_rates(
     match stretches {
         // Mostly all of the log: nothing to copy.
         [all] if all.len() == log.len() => {
-            vec![(all.clone(), rotor_driven(equations, log.time_cells(), rates))]
+            vec![(all.clone(), rotor_driven(equations, log.time_cells(), rates.map(Cow::into_owned)))]
         }
         stretches => {
             let input = |rows: &Range<usize>| {
@@ -333,9 +335,9 @@ fn body(
             window_run(equations, input, &window, measured, &mut trace);
             // The start is the measurement itself: it is not scored.
             let scored = rows.start + window.start + 1..rows.start + window.end;
-            add(&mut rates, in_part.then_some(&rate), scored.clone(), &trace.rate[1..]);
+            add(&mut rates, in_part.then_some(&rate[scored.clone()]), scored.clone(), &trace.rate[1..]);
             if let Some(angle) = &angle {
-                add(&mut angles, in_part.then_some(angle), scored, &trace.angle[1..]);
+                add(&mut angles, in_part.then_some(&angle[scored.clone()]), scored, &trace.angle[1..]);
             }
         }
         for window in windows::joined(&input.time, is_known, f64::MIN_POSITIVE) {
@@ -353,11 +355,11 @@ fn body(
     [rates, angles].into_iter().filter(|block| block.is_scored(log)).collect()
 }
 
-/// Adds a window to a run; `scored` is what is, of a channel that is scored in part only.
+/// Adds a part to a run; `scored` is what is, of a channel that is scored in part only.
 fn add(run: &mut BlockRun, scored: Option<&[f64]>, rows: Range<usize>, modelled: &[f64]) {
     match scored {
         None => run.add(rows, modelled),
-        Some(scored) => run.add_scored(rows.clone(), &scored[rows], modelled),
+        Some(scored) => run.add_scored(rows, scored, modelled),
     }
 }
 

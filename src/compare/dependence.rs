@@ -7,11 +7,12 @@ use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
+use super::related_rows::{ErrorOn, Related};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::estimation::cross_correlation::{Coloured, Peak};
 use crate::estimation::dependence::{BinnedDependence, Bins};
-use crate::estimation::slope::centred_slopes_within;
+use crate::estimation::slope::{centred_slope, centred_slopes_within};
 use crate::log::Dataset;
 use crate::screening::readings;
 use crate::threads::spread;
@@ -90,15 +91,6 @@ pub struct Correlation {
     pub bound: f64,
 }
 
-/// An error over rows of a log.
-#[derive(Clone, Copy)]
-pub(crate) struct ErrorOn<'a> {
-    /// Rows of the log, in order.
-    pub rows: &'a [Range<usize>],
-    /// The error in each of them; not-a-number = none.
-    pub values: &'a [f64],
-}
-
 /// What an error has to do with the channels of its log.
 #[derive(Default)]
 pub(crate) struct Relations {
@@ -109,11 +101,20 @@ pub(crate) struct Relations {
 }
 
 /// What each error has to do with every channel of the log, whose rows are `interval` [s] apart.
-pub(crate) fn relations(log: &Dataset, errors: &[ErrorOn], interval: f64) -> Vec<Relations> {
-    let coloured = spread(errors, |error| Coloured::of(error.values, THRESHOLDS.most_lag));
-    let shared = SharedRows::of(errors);
+pub(crate) fn relations(log: &Dataset, errors: &[&Related], interval: f64) -> Vec<Relations> {
+    let in_time: Vec<ErrorOn> = errors.iter().map(|error| error.in_time()).collect();
+    let scattered: Vec<ErrorOn> = errors.iter().map(|error| error.scattered()).collect();
+    let coloured = spread(&in_time, |error| Coloured::of(error.values, THRESHOLDS.most_lag));
+    let [rows, places] = [SharedRows::of(&in_time), SharedRows::of(&scattered)];
     let names: Vec<&str> = log.names().filter(|name| log.column(name).is_some()).collect();
-    let found = spread(&names, |name| of_channel(log, name, errors, (&coloured, &shared), interval));
+    let is_part = errors.iter().any(|error| error.is_part());
+    let found = spread(&names, |name| {
+        let Some(values) = log.column(name) else { return Vec::new() };
+        let mut found: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
+        correlated((name, values), (&in_time, &coloured, &rows), interval, &mut found);
+        depending(log, (name, values), (&scattered, &places), is_part, &mut found);
+        found
+    });
     let mut relations: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
     for of_channel in found {
         for (all, one) in relations.iter_mut().zip(of_channel) {
@@ -156,16 +157,13 @@ impl SharedRows {
     }
 }
 
-/// What each error has to do with one channel.
-fn of_channel(
-    log: &Dataset,
-    name: &str,
-    errors: &[ErrorOn],
-    (coloured, shared): (&[Coloured], &SharedRows),
+/// With which lag each error follows one channel.
+fn correlated(
+    (name, values): (&str, &[f64]),
+    (errors, coloured, shared): (&[ErrorOn], &[Coloured], &SharedRows),
     interval: f64,
-) -> Vec<Relations> {
-    let mut found: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
-    let Some(values) = log.column(name) else { return found };
+    found: &mut [Relations],
+) {
     for first in (0..errors.len()).filter(|at| shared.rows[*at] == *at) {
         let channel = at_rows(values, errors[first].rows);
         let channel = Coloured::of(&channel, THRESHOLDS.most_lag);
@@ -174,24 +172,45 @@ fn of_channel(
             found[at].correlations.extend(peak.map(|peak| correlation(name, peak, interval)));
         }
     }
-    let bridged = readings::bridged(log.time(), values);
-    let on = |is_rate| Regressor { column: name.to_owned(), is_rate };
-    binned(&on(false), &bridged, errors, shared, &mut found);
-    binned(
-        &on(true),
-        &centred_slopes_within(log.time(), &bridged, &log.segments(), THRESHOLDS.rate_reach),
-        errors,
-        shared,
-        &mut found,
-    );
-    found
 }
 
-/// Each error as a function of a channel, which may be a rate.
-fn binned(on: &Regressor, channel: &[f64], errors: &[ErrorOn], shared: &SharedRows, found: &mut [Relations]) {
+/// Each error as a function of one channel, and of its rate.
+fn depending(
+    log: &Dataset,
+    (name, values): (&str, &[f64]),
+    (errors, shared): (&[ErrorOn], &SharedRows),
+    is_part: bool,
+    found: &mut [Relations],
+) {
+    let bridged = readings::bridged(log.time(), values);
+    let on = |is_rate| Regressor { column: name.to_owned(), is_rate };
+    binned(&on(false), |rows| at_rows(&bridged, rows), errors, shared, found);
+    let (time, segments, reach) = (log.time(), log.segments(), THRESHOLDS.rate_reach);
+    // Of a part not every row's rate is worth taking.
+    let rates = (!is_part).then(|| centred_slopes_within(time, &bridged, &segments, reach));
+    let rate_at = |row: usize| -> Option<f64> {
+        let piece = segments.get(segments.partition_point(|piece| piece.end <= row))?;
+        let at = row.checked_sub(piece.start)?;
+        Some(centred_slope(&time[piece.clone()], &bridged[piece.clone()], at, reach))
+    };
+    let rates_at = |rows: &[Range<usize>]| match &rates {
+        Some(rates) => at_rows(rates, rows),
+        None => rows.iter().cloned().flatten().map(|row| rate_at(row).unwrap_or(f64::NAN)).collect(),
+    };
+    binned(&on(true), rates_at, errors, shared, found);
+}
+
+/// Each error as a function of a channel, which may be a rate: of which `channel` gives the values in some rows.
+fn binned<'a>(
+    on: &Regressor,
+    channel: impl Fn(&[Range<usize>]) -> Cow<'a, [f64]>,
+    errors: &[ErrorOn],
+    shared: &SharedRows,
+    found: &mut [Relations],
+) {
     for first in (0..errors.len()).filter(|at| shared.places[*at] == *at) {
         let ErrorOn { rows, values } = errors[first];
-        let Some(bins) = Bins::of(&at_rows(channel, rows), values, THRESHOLDS.bins) else { continue };
+        let Some(bins) = Bins::of(&channel(rows), values, THRESHOLDS.bins) else { continue };
         for at in SharedRows::group(&shared.places, first) {
             cancel::check();
             let BinnedDependence { explained, surrogate, curve } =
@@ -235,8 +254,7 @@ mod tests {
 
     fn of(log: &Dataset, error: &[f64]) -> Relations {
         let all = 0..error.len();
-        let rows = std::slice::from_ref(&all);
-        relations(log, &[ErrorOn { rows, values: error }], 0.01).remove(0)
+        relations(log, &[&Related::of(std::slice::from_ref(&all), error.into())], 0.01).remove(0)
     }
 
     #[test]
@@ -278,9 +296,9 @@ mod tests {
         let rows = [std::slice::from_ref(&(0..3_000)), &[5..1_000, 1_001..2_996]];
         let late: Vec<f64> = rows[1].iter().flat_map(|rows| &first[rows.clone()]).copied().collect();
         let errors = [(rows[0], &first), (rows[0], &every_other), (rows[1], &late), (rows[0], &angle)];
-        let errors = errors.map(|(rows, values)| ErrorOn { rows, values });
-        for (error, found) in errors.iter().zip(relations(&log, &errors, 0.01)) {
-            let alone = relations(&log, std::slice::from_ref(error), 0.01).remove(0);
+        let errors = errors.map(|(rows, values)| Related::of(rows, values.into()));
+        for (error, found) in errors.iter().zip(relations(&log, &errors.each_ref(), 0.01)) {
+            let alone = relations(&log, &[error], 0.01).remove(0);
             assert_eq!((found.dependences, found.correlations), (alone.dependences, alone.correlations));
         }
     }

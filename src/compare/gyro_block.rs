@@ -21,13 +21,13 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
     let half = ((THRESHOLDS.slope_reach_s / log.median_interval()).round() as usize).clamp(least, most);
     let mut block = BlockRun::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], NoisePath::Slope(half));
     for stretch in stretches(log, &[&rate, &angle]) {
+        let [rate, angle] = &stretch.inputs[..] else { continue };
         let time = &log.time()[stretch.rows.clone()];
         if time.len() < THRESHOLDS.slope_stretch * half {
             continue;
         }
-        let true_rate = centred_slopes(time, &stretch.inputs[1], half);
-        let measured = centred_slopes(time, &integral(time, &stretch.inputs[0]), half);
-        let modelled = equations.gyroscope(time, &true_rate, &stretch.inputs[1]);
+        let modelled = equations.gyroscope(time, &centred_slopes(time, angle, half), angle);
+        let measured = centred_slopes(time, &integral(time, rate), half);
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
         let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;

@@ -22,6 +22,7 @@ mod error;
 mod gyro_block;
 mod noise;
 mod regimes;
+mod related_rows;
 mod run;
 mod score;
 mod spectrum;
@@ -29,8 +30,9 @@ pub mod thresholds;
 mod unknown_torque;
 
 use block_run::BlockRun;
-use dependence::{ErrorOn, relations};
+use dependence::relations;
 use noise::Noise;
+use related_rows::Related;
 use thresholds::THRESHOLDS;
 
 use serde::Serialize;
@@ -42,7 +44,7 @@ use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
 use crate::screening::requirements::check_magnitudes;
-use crate::threads::{spread, spread_out};
+use crate::threads::{both, spread};
 
 pub use config::CompareConfig;
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
@@ -151,51 +153,69 @@ pub fn compare(
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
         cancel::check();
-        let (blocks, unknown_torque) = scored(run, model, log, &noise, config)?;
+        let Scored { blocks, unknown_torque, rows_related } = scored(run, model, log, &noise, config)?;
+        let on_part = rows_related.map(|rows| related_on_part(log, rows));
         comparisons.push(Comparison {
             model: model.name.clone(),
             effects: model.effects.iter().map(|added| added.id.clone()).collect(),
             log: log.source_name().to_owned(),
             blocks,
             unknown_torque,
-            findings: warnings.clone(),
+            findings: warnings.iter().cloned().chain(on_part).collect(),
             mistaken_columns: mistaken.clone(),
         });
     }
     Ok(comparisons)
 }
 
+/// What is said where not all rows of a long log were asked what the errors have to do with its channels.
+fn related_on_part(log: &ScreenedLog, rows: usize) -> Finding {
+    let found = Finding::new("related_on_part", "").of(log.source_name()).rows(rows);
+    let found = found.with("rows_related", rows).with("rows_scored", log.raw().len());
+    found.with("stretches", THRESHOLDS.related_stretches)
+}
+
 /// The scores of a model's blocks, and the torque that it lacks.
+struct Scored {
+    blocks: Vec<Block>,
+    unknown_torque: Option<UnknownTorque>,
+    /// How many rows were asked what an error has to do with the channels, where that was not all.
+    rows_related: Option<usize>,
+}
+
 fn scored(
     runs: Vec<BlockRun>,
     model: &Model,
     screened: &ScreenedLog,
     noise: &Noise,
     config: &CompareConfig,
-) -> Result<(Vec<Block>, Option<UnknownTorque>), CompareError> {
-    let mut unknown_torque = unknown_torque::smooth(model, screened, noise)?;
+) -> Result<Scored, CompareError> {
     let log = screened.dataset();
-    let residuals = spread(&runs, |run| run.residual(log));
-    let mut errors: Vec<ErrorOn> =
-        runs.iter().zip(&residuals).map(|(run, values)| ErrorOn { rows: &run.rows, values }).collect();
-    if let Some(torque) = &unknown_torque {
-        let of_torque = ErrorOn { rows: &torque.parts, values: &torque.torque };
+    let related = spread(&runs, |run| Related::of(&run.rows, run.residual(log).into()));
+    // One run after the other, each let go of before the next: of a long log all of them fill the memory.
+    let score =
+        || -> Vec<Block> { runs.into_iter().map(|run| run.score(model, log, noise, config)).collect() };
+    let (mut blocks, unknown_torque) = both(score, || unknown_torque::estimate(model, screened, noise));
+    let mut unknown_torque = unknown_torque?;
+    let of_torque = unknown_torque.as_ref().map(|torque| Related::of(&torque.parts, (&torque.torque).into()));
+    let mut errors: Vec<&Related> = related.iter().collect();
+    if let Some(of_torque) = &of_torque {
         // What the body lacks is a torque; its dependences are clearer than those of an integrated error.
-        let of_body = errors.iter_mut().zip(&runs).filter(|(_, run)| run.name == "body");
+        let of_body = errors.iter_mut().zip(&blocks).filter(|(_, block)| block.name == "body");
         of_body.for_each(|(error, _)| *error = of_torque);
         errors.push(of_torque);
     }
-    let mut relations = relations(log, &errors, log.median_interval());
-    if let (Some(torque), Some(of_torque)) = (&mut unknown_torque, relations.get(runs.len())) {
+    let relations = relations(log, &errors, log.median_interval());
+    if let (Some(torque), Some(of_torque)) = (&mut unknown_torque, relations.get(blocks.len())) {
         torque.dependences = of_torque.dependences.clone();
         torque.keep(log, config);
     }
-    relations.truncate(runs.len());
-    let each = runs.into_iter().zip(residuals).zip(relations).collect();
-    let blocks = spread_out(each, |((run, residual), relations)| {
-        run.score((&residual, relations), model, log, noise, config)
-    });
-    Ok((blocks, unknown_torque))
+    for (block, relations) in blocks.iter_mut().zip(relations) {
+        block.failure.dependences = relations.dependences;
+        block.failure.correlations = relations.correlations;
+    }
+    let rows_related = errors.iter().filter(|it| it.is_part()).map(|it| it.samples()).max();
+    Ok(Scored { blocks, unknown_torque, rows_related })
 }
 
 /// Runs the blocks of a model, after its expressions were found to be defined on every row.

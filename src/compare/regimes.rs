@@ -1,5 +1,6 @@
 //! Where a block fails: over time, at rest and in motion, slow and fast, and with which channels.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::Serialize;
@@ -86,8 +87,8 @@ fn patchy_spectrum(
     let missing = residual.iter().filter(|error| !error.is_finite()).count();
     if (missing as f64) < THRESHOLDS.few_missing * residual.len() as f64 {
         let whole = |piece: &Range<usize>| readings::bridged(&time[piece.clone()], &residual[piece.clone()]);
-        let whole: Vec<Vec<f64>> = pieces.iter().map(whole).collect();
-        return spectrum(whole.iter().map(Vec::as_slice), interval, corner_hz);
+        let whole: Vec<Cow<[f64]>> = pieces.iter().map(whole).collect();
+        return spectrum(whole.iter().map(|piece| &piece[..]), interval, corner_hz);
     }
     (1..=THRESHOLDS.widest_stride).find_map(|stride| {
         let own = pieces.iter().map(|piece| -> Vec<f64> {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::dependence::{Relations, at_rows};
+use super::dependence::at_rows;
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
 use super::run::Run;
@@ -109,23 +109,15 @@ pub struct Block {
 }
 
 impl BlockRun {
-    /// Scores an error against the noise; `relations` are what it has to do with the channels.
-    pub(crate) fn score(
-        self,
-        (residual, relations): (&[f64], Relations),
-        model: &Model,
-        log: &Dataset,
-        noise: &Noise,
-        config: &CompareConfig,
-    ) -> Block {
+    /// Scores an error against the noise; what it has to do with the channels is another question.
+    pub(crate) fn score(self, model: &Model, log: &Dataset, noise: &Noise, config: &CompareConfig) -> Block {
+        let residual = &self.residual(log)[..];
         let error = self.error(residual, log, self.noise_floor(model, log, noise, config));
         let corner =
             if self.name.starts_with("actuator") { model.actuator.pole / std::f64::consts::TAU } else { 1.0 };
         let time = at_rows(log.time(), &self.rows);
         let interval = log.median_interval();
-        let mut failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
-        failure.dependences = relations.dependences;
-        failure.correlations = relations.correlations;
+        let failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
         let trace = if config.signals {
             Trace {
                 rows: self.each_row().collect(),

@@ -31,6 +31,10 @@ crate::thresholds! {
     surrogates: usize = 19, "count", "resolution 1 / (1 + n)";
     /// share by which a dependence must exceed the best of its surrogates to be real
     least_dependence: f64 = 0.02, "-", "judgement";
+    /// samples of an error that are held beside the channels of a log at most
+    most_related_rows: usize = 240_000, "count", "times of long synthetic logs";
+    /// stretches of a long error in which is looked for what it follows in time
+    related_stretches: usize = 24, "count", "many times the greatest lag each, and more than any phase of an experiment";
     /// standard errors of a correlation between unrelated signals beyond which it counts
     correlation_bound: f64 = 2.58, "-", "normal distribution: 1 %";
     /// greatest lag looked at, in samples

@@ -16,7 +16,7 @@ use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError};
 use crate::effect::Site;
-use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smoothed};
+use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
@@ -91,7 +91,7 @@ struct TorqueNoise {
 }
 
 /// Estimates the torque; `None` where the log has no body rate, or nothing that drives the body.
-pub(crate) fn smooth(
+pub(crate) fn estimate(
     model: &Model,
     screened: &ScreenedLog,
     noise: &Noise,
@@ -137,21 +137,23 @@ fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, walk: f64) -> Opti
         parts: parts.iter().map(|part| part.rows.clone()).collect(),
     };
     let samples = parts.iter().map(|part| part.time.len()).sum();
-    found.torque.reserve_exact(samples);
-    found.standard_error.reserve_exact(samples);
-    let mut known = Vec::with_capacity(samples);
+    found.torque = vec![f64::NAN; samples];
+    found.standard_error = vec![f64::NAN; samples];
+    let mut first = 0;
     for part in parts {
-        for (torque, error) in smoothed(&RandomWalkTorque { part, spread, walk }, TORQUE) {
-            found.torque.push(torque);
-            found.standard_error.push(error);
-        }
-        let steps = part.time.windows(2).zip(&part.gained);
-        known.extend(steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0])));
+        smooth(&RandomWalkTorque { part, spread, walk }, TORQUE, |sample, torque, error| {
+            (found.torque[first + sample], found.standard_error[first + sample]) = (torque, error);
+        });
+        first += part.time.len();
     }
-    found.rms = rms_of_finite(&found.torque);
+    let known = parts.iter().flat_map(|part| {
+        let steps = part.time.windows(2).zip(&part.gained);
+        steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0]))
+    });
+    found.rms = rms_of_finite(found.torque.iter().copied());
     found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
-    found.uncertainty = rms_of_finite(&found.standard_error);
-    found.known_rms = rms_of_finite(&known);
+    found.uncertainty = rms_of_finite(found.standard_error.iter().copied());
+    found.known_rms = rms_of_finite(known);
     (!found.torque.is_empty()).then_some(found)
 }
 

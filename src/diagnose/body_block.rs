@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::mean;
+use crate::estimation::scattered::scattered;
 use crate::estimation::slope::beside_a_line;
 use crate::estimation::windows;
 use crate::log::Cells;
@@ -113,11 +114,6 @@ pub struct BodySource {
     pub rate: Cells,
     /// [rad]
     pub angle: Cells,
-}
-
-/// A number that follows no rule from one index to the next: Knuth's multiplicative hash.
-fn scattered(index: usize) -> usize {
-    (index.wrapping_mul(2_654_435_761) >> 16) & 0xffff
 }
 
 /// The inputs of a run under a model: delayed and lagged as the model says.

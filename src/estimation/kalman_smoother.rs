@@ -137,12 +137,24 @@ pub(crate) fn likelihood<const N: usize, const M: usize>(
     filter.likelihood
 }
 
-/// One of the states and its standard error at each sample, from all samples; not-a-number where nothing is known. All
-/// states of a long record take many times its memory: some are kept, and what follows each of them is computed again.
+/// One of the states and its standard error at each sample, from all samples; not-a-number where nothing is known.
 pub(crate) fn smoothed<const N: usize, const M: usize>(
     system: &impl LinearSystem<N, M>,
     index: usize,
 ) -> Vec<(f64, f64)> {
+    let mut found = vec![(f64::NAN, f64::NAN); system.samples()];
+    smooth(system, index, |sample, state, error| found[sample] = (state, error));
+    found
+}
+
+/// The same, told from the last sample on: which one, the state there and its standard error; nothing of samples of which nothing
+/// is known. All states of a long record take many times its memory: some are kept, and what follows each of them is computed
+/// again.
+pub(crate) fn smooth<const N: usize, const M: usize>(
+    system: &impl LinearSystem<N, M>,
+    index: usize,
+    mut tell: impl FnMut(usize, f64, f64),
+) {
     let samples = system.samples();
     let mut filter = Filter::of(system);
     let mut starts = Vec::new();
@@ -153,7 +165,6 @@ pub(crate) fn smoothed<const N: usize, const M: usize>(
         }
         filter.pass(sample);
     }
-    let mut found = vec![(f64::NAN, f64::NAN); samples];
     let mut behind: Option<Smoothed<N>> = None;
     for (start, belief) in starts.into_iter().rev() {
         cancel::check();
@@ -165,12 +176,11 @@ pub(crate) fn smoothed<const N: usize, const M: usize>(
                 None => Some(here.after),
                 Some(behind) => behind.carried_to(here),
             };
-            let Some(all) = smoothed else { return found };
-            found[start + sample] = (all.state[index], all.covariance[(index, index)].max(0.0).sqrt());
+            let Some(all) = smoothed else { return };
+            tell(start + sample, all.state[index], all.covariance[(index, index)].max(0.0).sqrt());
             behind = Some(Smoothed { all, predicted: here.before });
         }
     }
-    found
 }
 
 /// What is known of a sample.

@@ -31,6 +31,7 @@ pub mod quantization_step;
 mod ranks;
 pub(crate) mod ridge;
 pub mod robust_errors;
+pub(crate) mod scattered;
 pub mod slope;
 pub mod smoother;
 pub mod surrogate_test;

@@ -25,8 +25,8 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 
 /// The root of the mean square of the values that are there; not-a-number of none.
 #[must_use]
-pub fn rms_of_finite(values: &[f64]) -> f64 {
-    let finite = values.iter().filter(|value| value.is_finite());
+pub fn rms_of_finite(values: impl IntoIterator<Item = f64>) -> f64 {
+    let finite = values.into_iter().filter(|value| value.is_finite());
     let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
     f64::sqrt(sum / count)
 }
@@ -72,14 +72,14 @@ mod tests {
         assert_eq!((mean(&values), mean_of(values.into_iter())), (3.0, 3.0));
         // Squares about the mean: 4 + 1 + 9 over 2, and that over 3.
         assert_eq!(mean_and_error(&values), (3.0, f64::sqrt(7.0 / 3.0)));
-        assert_eq!(rms_of_finite(&[3.0, f64::NAN, 4.0]), f64::sqrt(12.5));
+        assert_eq!(rms_of_finite([3.0, f64::NAN, 4.0]), f64::sqrt(12.5));
         assert_eq!(mean_square(&[3.0, 4.0]), 12.5);
         assert_eq!(deviation([1.0, 3.0].into_iter()), 1.0);
     }
 
     #[test]
     fn of_nothing_there_is_no_mean() {
-        assert!(mean(&[]).is_nan() && mean_of(std::iter::empty()).is_nan() && rms_of_finite(&[]).is_nan());
+        assert!(mean(&[]).is_nan() && mean_of(std::iter::empty()).is_nan() && rms_of_finite([]).is_nan());
         assert_eq!((mean_square(&[]), pooled_rms(std::iter::empty())), (0.0, 0.0));
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use wide::f64x4;
+
 use super::moments::mean;
 
 /// The slope of the straight line through `values` over `time` by least squares [unit/s], and the sum of squares of time about
@@ -29,9 +31,49 @@ pub fn beside_a_line(values: &[f64]) -> f64 {
 /// [unit/s] slope at each sample, by straight lines through `half` samples to both sides.
 #[must_use]
 pub fn centred_slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
-    let around = |row: usize| row.saturating_sub(half)..(row + half + 1).min(values.len());
-    let at = |row: usize| slope(&time[around(row)], &values[around(row)]).0;
-    (0..values.len()).map(at).collect()
+    let mut slopes = Vec::with_capacity(values.len());
+    while slopes.len() < values.len() {
+        let row = slopes.len();
+        let window = row.saturating_sub(half)..row + half + 1;
+        match side_by_side(time, values, window, half) {
+            Some(four) => slopes.extend(four),
+            None => slopes.push(centred_slope(time, values, row, half)),
+        }
+    }
+    slopes
+}
+
+/// [unit/s] the same at one sample.
+#[must_use]
+pub fn centred_slope(time: &[f64], values: &[f64], row: usize, half: usize) -> f64 {
+    let around = row.saturating_sub(half)..(row + half + 1).min(values.len());
+    slope(&time[around.clone()], &values[around]).0
+}
+
+/// The slopes in a window of rows and in the three behind it, each summed up as [`slope`] does, to the last digit: one would wait
+/// for its own sums at every step. `None` where not all four are whole.
+fn side_by_side(time: &[f64], values: &[f64], window: Range<usize>, half: usize) -> Option<[f64; 4]> {
+    let rows = 2 * half + 1;
+    let reach = window.start..window.end + 3;
+    let (time, values) = (time.get(reach.clone())?, values.get(reach)?);
+    if window.len() < rows {
+        return None;
+    }
+    let four = |of: &[f64], at: usize| f64x4::from([of[at], of[at + 1], of[at + 2], of[at + 3]]);
+    let (mut middle, mut level) = (f64x4::splat(-0.0), f64x4::splat(-0.0));
+    for at in 0..rows {
+        middle += four(time, at);
+        level += four(values, at);
+    }
+    let count = f64x4::splat(rows as f64);
+    let (middle, level) = (middle / count, level / count);
+    let (mut up, mut spread) = (f64x4::splat(0.0), f64x4::splat(f64::MIN_POSITIVE));
+    for at in 0..rows {
+        let (time, value) = (four(time, at) - middle, four(values, at) - level);
+        up += time * value;
+        spread += time * time;
+    }
+    Some((up / spread).to_array())
 }
 
 /// The same within each of these `pieces`; not-a-number beside them.
@@ -62,6 +104,22 @@ mod tests {
         assert_eq!(slope(&time, &line).0, 2.0);
         assert_eq!(centred_slopes(&time, &line, 2), [2.0; 4]);
         assert_eq!(forward_slopes(&time, &line), [2.0, 2.0, 2.0, 0.0]);
+    }
+
+    /// To the last digit, at the ends, with a value missing, and where fewer samples are there than a window holds.
+    #[test]
+    fn slopes_side_by_side_are_those_of_one_after_the_other() {
+        for (samples, half) in [(40, 2), (43, 7), (9, 4), (3, 5), (0, 2)] {
+            let time: Vec<f64> =
+                (0..samples).map(|k| 0.01 * f64::from(k) + 1e-4 * f64::from(k % 3)).collect();
+            let value = |k: i32| if k == 31 { f64::NAN } else { (0.3 * f64::from(k)).sin() };
+            let values: Vec<f64> = (0..samples).map(value).collect();
+            let found = centred_slopes(&time, &values, half);
+            let alone: Vec<f64> =
+                (0..values.len()).map(|row| centred_slope(&time, &values, row, half)).collect();
+            let is_same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+            assert!(found.len() == alone.len() && found.iter().zip(&alone).all(is_same), "{samples}, {half}");
+        }
     }
 
     #[test]

@@ -22,22 +22,22 @@ pub(crate) fn apart(time: &[f64], horizon: f64, fewest: usize, least_rest: f64) 
 
 /// Windows that end in the sample with which the next one begins, as simulations do that start from what was measured: at a
 /// sample that is `known`. The last one is as long as what is left.
-pub(crate) fn joined(time: &[f64], known: impl Fn(usize) -> bool, horizon: f64) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
+pub(crate) fn joined(
+    time: &[f64],
+    known: impl Fn(usize) -> bool,
+    horizon: f64,
+) -> impl Iterator<Item = Range<usize>> {
     let mut from = 0;
-    while let Some(start) = (from..time.len()).find(|row| known(*row)) {
+    // One by one: those from row to row are as many as the rows.
+    std::iter::from_fn(move || {
+        let start = (from..time.len()).find(|row| known(*row))?;
         // A billionth of the horizon forgives the rounding of stamps.
         let reached = |row: &usize| time[*row] - time[start] >= horizon * (1.0 - 1e-9);
-        let Some(to) = (start + 1..time.len()).find(reached) else {
-            if start + 1 < time.len() {
-                found.push(start..time.len());
-            }
-            break;
-        };
-        found.push(start..to + 1);
-        from = to;
-    }
-    found
+        let to = (start + 1..time.len()).find(reached);
+        from = to.unwrap_or(time.len());
+        let window = start..to.map_or(time.len(), |to| to + 1);
+        (window.len() > 1).then_some(window)
+    })
 }
 
 /// The rows of each window, of those that are `known`: of each stretch by itself, and of windows with `fewest` rows or more.
@@ -83,11 +83,12 @@ mod tests {
 
     #[test]
     fn windows_joined_share_their_ends_and_begin_where_something_is_known() {
-        assert_eq!(joined(&quarters(10), |_| true, 1.0), [0..5, 4..9, 8..10]);
-        assert_eq!(joined(&quarters(9), |_| true, 1.0), [0..5, 4..9]);
-        assert_eq!(joined(&quarters(10), |row| row % 4 == 1, 1.0), [1..6, 5..10]);
-        assert_eq!(joined(&quarters(10), |row| row != 4, 1.0), [0..5, 5..10]);
-        assert!(joined(&quarters(10), |_| false, 1.0).is_empty());
+        let found = |rows, known: fn(usize) -> bool| joined(&quarters(rows), known, 1.0).collect::<Vec<_>>();
+        assert_eq!(found(10, |_| true), [0..5, 4..9, 8..10]);
+        assert_eq!(found(9, |_| true), [0..5, 4..9]);
+        assert_eq!(found(10, |row| row % 4 == 1), [1..6, 5..10]);
+        assert_eq!(found(10, |row| row != 4), [0..5, 5..10]);
+        assert!(found(10, |_| false).is_empty());
     }
 
     #[test]

@@ -76,6 +76,9 @@ pub(crate) fn held_or(values: &[f64], otherwise: f64) -> Vec<f64> {
 
 /// Each value held until the next, but not for longer than the channel's own interval allows.
 fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
+    if values.iter().all(|value| value.is_finite()) {
+        return values.to_vec();
+    }
     let mut stamps = time.iter().zip(values).filter(|(_, value)| value.is_finite()).map(|(at, _)| *at);
     let intervals = stamps.next().map(|first| {
         stamps.scan(first, |before, at| {

@@ -1,15 +1,20 @@
 //! Short gaps of a channel bridged by straight lines, for what the channel drives.
 
+use std::borrow::Cow;
+
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median_step;
 
 /// The channel with straight lines over missing cells, where its readings come at an interval and only a few are missing. For
-/// what a channel drives; nothing is judged by what lies on such a line.
+/// what a channel drives; nothing is judged by what lies on such a line. A channel without gaps is not copied.
 #[must_use]
-pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
+pub fn bridged<'a>(time: &[f64], values: &'a [f64]) -> Cow<'a, [f64]> {
+    if values.iter().all(|value| value.is_finite()) {
+        return Cow::Borrowed(values);
+    }
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let mut bridged = values.to_vec();
-    let Some(interval) = median_step(known.iter().map(|row| time[*row])) else { return bridged };
+    let Some(interval) = median_step(known.iter().map(|row| time[*row])) else { return bridged.into() };
     for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (from, to) = (pair[0], pair[1]);
         let span = time[to] - time[from];
@@ -20,17 +25,17 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
             bridged[row] = values[from] + (values[to] - values[from]) * (time[row] - time[from]) / span;
         }
     }
-    bridged
+    bridged.into()
 }
 
 /// The same, and on either side of each gap that is too long for a line, and of the log, the nearest reading for as long as one
 /// usually stands until the next: where readings come with every fourth row, the first three rows have one, too.
 #[must_use]
-pub fn carried(time: &[f64], values: &[f64]) -> Vec<f64> {
-    let mut carried = bridged(time, values);
+pub fn carried<'a>(time: &[f64], values: &'a [f64]) -> Cow<'a, [f64]> {
+    let Cow::Owned(mut carried) = bridged(time, values) else { return Cow::Borrowed(values) };
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let interval = median_step(known.iter().map(|row| time[*row]));
-    let Some(interval) = interval else { return carried };
+    let Some(interval) = interval else { return carried.into() };
     // Half a row less: a reading of every row stands for its own.
     let rows = median_step(time.iter().copied()).unwrap_or(0.0);
     let stands = interval - 0.5 * rows;
@@ -48,7 +53,7 @@ pub fn carried(time: &[f64], values: &[f64]) -> Vec<f64> {
             carried[before] = values[row];
         }
     }
-    carried
+    carried.into()
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ impl ScreenedThrust {
     /// [rad/s] the rate that it goes with.
     pub(crate) fn rate<'a>(&self, log: &'a Dataset) -> Cow<'a, [f64]> {
         let rate = log.column(&self.columns[1]).unwrap_or_default();
-        if self.in_turns { Cow::Owned(readings::bridged(log.time(), rate)) } else { Cow::Borrowed(rate) }
+        if self.in_turns { readings::bridged(log.time(), rate) } else { Cow::Borrowed(rate) }
     }
 }
 
