@@ -67,7 +67,7 @@ impl Search<'_> {
                 // What a part has shown weighs the channels, too.
                 Some(near) => {
                     split.set_sigma(near.sigma);
-                    (near.refitted.clone(), self.candidate(&near.answer, ids, &base_names).run(&split))
+                    (near.refitted.clone(), self.as_found(&near.answer, ids, &split))
                 }
                 None => {
                     let (_, refitted, best) = self.first_fits(&mut split, ids, near);
@@ -98,12 +98,25 @@ impl Search<'_> {
             return (nominal, refitted, best);
         };
         split.set_sigma(near.sigma);
-        let first = self.candidate(&near.refitted, &[], &base_names).run(split);
+        let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);
         let nominal = self.candidate(self.base, &[], &[]).run(split);
         let refitted = self.candidate(&first.model, &[], &base_names).run(split);
-        let best = self.candidate(&near.answer, ids, &base_names).run(split);
+        let best = if ids.is_empty() {
+            refitted.clone()
+        } else {
+            self.candidate(&near.answer, ids, &base_names).run(split)
+        };
         (nominal, refitted, best)
+    }
+
+    /// A model with its numbers as a part of the data has them, only initial states fitted, on what is fitted on: so near the end of a
+    /// fit it tells as much of each channel's noise.
+    fn as_found(&self, model: &Model, ids: &[String], split: &DataSplit) -> CandidateFit {
+        let inside: Vec<&Effect> = self.known.iter().filter(|effect| model.has(&effect.id)).collect();
+        let fit = validate(&Problem::new(&split.train, model.clone(), Vec::new(), &inside), &[]);
+        let (effects, held_out) = (ids.to_vec(), fit.clone());
+        CandidateFit { effects, model: model.clone(), names: Vec::new(), fit, held_out }
     }
 
     /// One after another as the search goes, and by joint estimation: the first finds the way where they are far from where they

@@ -3,10 +3,12 @@
 use super::block_data::{BlockData, Runs};
 use super::body_block::BodyRun;
 use super::rotor_block::RotorRun;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::dependence::explained;
 use crate::estimation::moments::{mean, mean_square};
 use crate::estimation::noise_floor::white_noise;
 use crate::estimation::output_error::Fit;
+use crate::estimation::scattered::one_in;
 use crate::estimation::slope::slope;
 use crate::log::signals::MOST_ROTORS;
 use crate::signal::{Sensor, columns};
@@ -58,15 +60,13 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
     ];
     let mut channels: Vec<(String, Vec<f64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
     let residuals = fit.residuals.all();
+    let of_rotor = || data.units().iter().zip(runs).filter(|(_, run)| run.rotor == rotor);
+    let rows: usize = of_rotor().map(|(unit, _)| unit.len()).sum();
+    let share = rows.div_ceil(THRESHOLDS.most_evidence_rows).max(1);
     let mut error = Vec::new();
-    for (unit, run) in data.units().iter().zip(runs).filter(|(_, run)| run.rotor == rotor) {
-        let simulated: Vec<f64> = run
-            .measured
-            .iter()
-            .zip(&residuals[unit.clone()])
-            .map(|(measured, residual)| measured - residual * data.sigma[0])
-            .collect();
-        for row in 0..run.time.len() {
+    for (unit, run) in of_rotor() {
+        let simulated = |row: usize| run.measured[row] - residuals[unit.start + row] * data.sigma[0];
+        for row in one_in(share, run.time.len()) {
             let residual = residuals[unit.start + row];
             if residual == 0.0 || !run.measured[row].is_finite() {
                 continue;
@@ -74,10 +74,10 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
             error.push(residual * data.sigma[0]);
             let back = row.saturating_sub(1);
             // The change of the simulated rate: the measured one would bring its noise along.
-            let change = simulated[row] - simulated[back];
+            let change = simulated(row) - simulated(back);
             let recent = run.command[row] - run.command[row.saturating_sub(3)];
             let voltage = run.voltage.as_ref().map_or(f64::NAN, |voltage| voltage[row]);
-            let values = [run.time[row], run.command[row], voltage, simulated[row], change, recent];
+            let values = [run.time[row], run.command[row], voltage, simulated(row), change, recent];
             channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
         }
     }

@@ -25,6 +25,8 @@ crate::thresholds! {
     searched_share: usize = 30, "count", "times of long synthetic logs";
     /// rows that a search goes over at most
     most_searched_rows: usize = 120_000, "count", "times of long synthetic logs";
+    /// rows of a rotor's error of which is asked what it depends on at most; of more, as many scattered over them
+    most_evidence_rows: usize = 240_000, "count", "times of long synthetic logs";
     /// stretches of a log that a search sees: as many of two rotors as leave a slow state of each run its own start
     searched_stretches: usize = 2, "count", "most_slow_starts";
     /// places to which a stretch is moved over its own length to see where most moves

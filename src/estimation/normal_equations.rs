@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::measured_rows::MeasuredRows;
 use super::thresholds::THRESHOLDS;
-use crate::threads::{spread, spread_out};
+use crate::threads::spread;
 
 /// Derivatives of residuals, column by column.
 #[derive(Debug, Clone)]
@@ -44,37 +44,39 @@ impl Slopes {
     }
 }
 
-/// Pieces into which the units of long residuals are put together.
-const PIECES: usize = 64;
+/// Chunks of units that are worked on one after another of long residuals: all at once would take as much memory as the slopes.
+const CHUNKS: usize = 8;
 
 /// Normal equations of the globals, the locals eliminated.
 pub(crate) struct Normal {
     pub(crate) hessian: DMatrix<f64>,
     pub(crate) gradient: DVector<f64>,
     pub(crate) slopes: Slopes,
-    /// The globals' columns without what the locals take up.
-    pub(crate) bare_columns: Vec<Vec<f64>>,
 }
 
 impl Normal {
     /// The normal equations at these residuals.
     pub(crate) fn of(slopes: Slopes, residuals: &[f64], units: &[Range<usize>]) -> Self {
-        let (residuals, bare_columns) = bare(&slopes, residuals, units);
-        let size = bare_columns.len();
-        // The upper triangle mirrors the lower one.
+        let size = slopes.columns.len();
+        // The upper triangle mirrors the lower one; the last row is the gradient's.
         let pairs: Vec<(usize, usize)> =
-            (0..size).flat_map(|row| (0..=row).map(move |column| (row, column))).collect();
-        let product = |(row, column): &(usize, usize)| dot(&bare_columns[*row], &bare_columns[*column]);
-        let products: Vec<f64> = if residuals.len() < THRESHOLDS.parallel_residuals {
-            pairs.iter().map(product).collect()
-        } else {
-            spread(&pairs, product)
-        };
-        let mut hessian = DMatrix::zeros(size, size);
-        pairs.iter().zip(products).for_each(|(at, product)| hessian[*at] = product);
-        let hessian = DMatrix::from_fn(size, size, |row, column| hessian[(row.max(column), row.min(column))]);
-        let gradient = DVector::from_fn(size, |row, _| dot(&bare_columns[row], &residuals));
-        Self { hessian, gradient, slopes, bare_columns }
+            (0..=size).flat_map(|row| (0..size.min(row + 1)).map(move |column| (row, column))).collect();
+        let mut sums: Vec<f64> = vec![-0.0; pairs.len()];
+        let columns: Vec<&[f64]> =
+            slopes.columns.iter().map(Vec::as_slice).chain(std::iter::once(residuals)).collect();
+        for units in chunks(units, residuals.len()).filter(|_| size > 0) {
+            let bare = bare(&columns, &slopes.local_columns, units);
+            // Each sum goes on where it was, as if there were one chunk.
+            let going_on: Vec<(&(usize, usize), f64)> = pairs.iter().zip(sums).collect();
+            sums = over(residuals.len(), &going_on, |((row, column), sum)| {
+                bare[*row].iter().zip(&bare[*column]).fold(*sum, |sum, (a, b)| sum + a * b)
+            });
+        }
+        let mut found = DMatrix::zeros(size + 1, size);
+        pairs.iter().zip(sums).for_each(|(at, sum)| found[*at] = sum);
+        let hessian = DMatrix::from_fn(size, size, |row, column| found[(row.max(column), row.min(column))]);
+        let gradient = DVector::from_fn(size, |column, _| found[(size, column)]);
+        Self { hessian, gradient, slopes }
     }
 
     /// The slopes behind a step by `globals` and `locals`, residuals `before` and `now`, with what it has shown of the globals'
@@ -121,48 +123,31 @@ impl Normal {
     }
 }
 
-/// A unit, and its part of each column.
-type Unit<'a> = (Range<usize>, Vec<&'a mut [f64]>);
+/// Units in chunks, those of short residuals in one.
+fn chunks(units: &[Range<usize>], len: usize) -> impl Iterator<Item = &[Range<usize>]> {
+    let count = if len < THRESHOLDS.parallel_residuals { 1 } else { CHUNKS };
+    units.chunks(units.len().div_ceil(count).max(1))
+}
 
-/// Residuals and the globals' columns without what the locals take up, unit by unit. Of long ones, pieces of units side by side:
-/// units do not see each other.
-fn bare(slopes: &Slopes, residuals: &[f64], units: &[Range<usize>]) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let (mut residuals, mut bare_columns) = (residuals.to_vec(), slopes.columns.clone());
-    let remove_all = |unit: &Range<usize>, parts: &mut [&mut [f64]]| {
-        let basis = orthonormal(&slopes.local_columns, unit);
-        parts.iter_mut().for_each(|part| remove(&basis, part));
+/// What `work` makes of each item, of long residuals on as many threads as there are.
+fn over<T: Sync, R: Send>(len: usize, items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    if len < THRESHOLDS.parallel_residuals { items.iter().map(work).collect() } else { spread(items, work) }
+}
+
+/// The rows of some units, which follow each other, of columns without what the locals take up, unit by unit.
+fn bare(columns: &[&[f64]], local_columns: &[Vec<f64>], units: &[Range<usize>]) -> Vec<Vec<f64>> {
+    let (Some(first), Some(last)) = (units.first(), units.last()) else {
+        return vec![Vec::new(); columns.len()];
     };
-    let mut left: Vec<&mut [f64]> =
-        bare_columns.iter_mut().chain(std::iter::once(&mut residuals)).map(Vec::as_mut_slice).collect();
-    let mut done = 0;
-    let mut cut = |unit: &Range<usize>| {
-        let from = std::mem::replace(&mut done, unit.end);
-        let parts = left.iter_mut().filter_map(|column| {
-            let (part, rest) = std::mem::take(column).split_at_mut_checked(unit.end - from)?;
-            *column = rest;
-            part.get_mut(unit.start - from..)
-        });
-        (unit.clone(), parts.collect::<Vec<&mut [f64]>>())
-    };
-    let of_units: Vec<Unit> = units.iter().map(&mut cut).collect();
-    if slopes.local_columns.first().is_none_or(|column| column.len() < THRESHOLDS.parallel_residuals) {
-        of_units.into_iter().for_each(|(unit, mut parts)| remove_all(&unit, &mut parts));
-    } else {
-        let mut pieces: Vec<Vec<Unit>> = Vec::new();
-        let piece = units.len().div_ceil(PIECES);
-        for (index, of_unit) in of_units.into_iter().enumerate() {
-            if index.is_multiple_of(piece) {
-                pieces.push(Vec::with_capacity(piece));
-            }
-            if let Some(last) = pieces.last_mut() {
-                last.push(of_unit);
-            }
+    let (start, len) = (first.start, columns.first().map_or(0, |column| column.len()));
+    let bases = over(len, units, |unit| orthonormal(local_columns, unit));
+    over(len, columns, |column| {
+        let mut part = column[start..last.end].to_vec();
+        for (unit, basis) in units.iter().zip(&bases) {
+            remove(basis, &mut part[unit.start - start..unit.end - start]);
         }
-        spread_out(pieces, |units| {
-            units.into_iter().for_each(|(unit, mut parts)| remove_all(&unit, &mut parts));
-        });
-    }
-    (residuals, bare_columns)
+        part
+    })
 }
 
 /// The sum of the squares; the greatest number there is where that is none.
@@ -243,12 +228,19 @@ pub(crate) fn standard_errors(
     let spent = live.len() + units.len() * normal.slopes.local_columns.len();
     let variance = sum_of_squares(residuals) / used.saturating_sub(spent).max(1) as f64;
     let mut meat = DMatrix::zeros(live.len(), live.len());
-    for cluster in clusters(units, len) {
-        let cluster = rows.map_or(cluster.clone(), |rows| rows.within(&cluster));
-        let score = DVector::from_fn(live.len(), |row, _| {
-            dot(&normal.bare_columns[live[row]][cluster.clone()], &residuals[cluster.clone()]) / scale[row]
-        });
-        meat += &score * score.transpose();
+    let columns: Vec<&[f64]> = live.iter().map(|index| normal.slopes.columns[*index].as_slice()).collect();
+    let kept = rows.map_or(units, MeasuredRows::units);
+    for (units, kept) in chunks(units, residuals.len()).zip(chunks(kept, residuals.len())) {
+        let bare = bare(&columns, &normal.slopes.local_columns, kept);
+        let start = kept.first().map_or(0, |first| first.start);
+        for cluster in clusters(units, len) {
+            let cluster = rows.map_or(cluster.clone(), |rows| rows.within(&cluster));
+            let score = DVector::from_fn(live.len(), |row, _| {
+                let within = cluster.start - start..cluster.end - start;
+                dot(&bare[row][within], &residuals[cluster.clone()]) / scale[row]
+            });
+            meat += &score * score.transpose();
+        }
     }
     let robust = &inverse * meat * &inverse;
     for (row, index) in live.iter().enumerate() {

@@ -219,12 +219,14 @@ impl<'a> Search<'a> {
 
     fn normal(&self, known: Option<Normal>) -> Normal {
         let is_free = |free: &Free| free.bounds.0 < free.bounds.1;
+        // Of what was known the columns by the globals make room for the new ones.
+        let known = known.map(|known| (known.slopes.local_columns, known.slopes.taken_at));
+        let known = known.filter(|(_, taken_at)| self.is_near(taken_at));
         let columns = self.columns(self.globals.len(), |index| {
             if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
         });
-        let known = known.map(|known| known.slopes).filter(|known| self.is_near(&known.taken_at));
         let (local_columns, taken_at) = match known {
-            Some(known) => (known.local_columns, known.taken_at),
+            Some(known) => known,
             None => {
                 let columns = self.columns(self.problem.locals(), |index| self.local_column(index));
                 (columns, self.globals.clone())
