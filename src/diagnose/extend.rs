@@ -86,6 +86,7 @@ pub fn extend(
     let mut extended = blocks.merged(model);
     findings.extend(inertia_in_degrees(model.body.inertia, extended.body.inertia));
     extended.ladder.push(step(model, ids, [train, validate], &error));
+    extended.rotor_error = identify::rotor_error(&extended, &[train, validate]);
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings })
 }
 

@@ -4,6 +4,7 @@ use super::consistency::unexplained;
 use super::inputs::rotor_logs;
 use super::lag_order::dead_time_effect;
 use super::result::Identification;
+use super::rotor_error::rotor_error;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::work::Work;
@@ -81,6 +82,7 @@ impl Work<'_> {
         model.name = "identified".to_owned();
         model.ladder.clear();
         model.standard_errors.clear();
+        model.rotor_error = None;
         // What was identified now stands in for what the template knew of it.
         if let Some(card) = dead_time_effect().filter(|_| self.pole_estimate().is_some()) {
             model.effects.retain(|added| added.id != card.id);
@@ -167,7 +169,10 @@ impl Work<'_> {
             let found = not_explained(self.rotors.iter().chain(&other), &runs.collect::<Vec<_>>());
             self.findings.extend(found);
         }
-        let model = self.model_of(&actuator, [logs, validation], (&other, &validated));
+        let mut model = self.model_of(&actuator, [logs, validation], (&other, &validated));
+        // A template that no log has changed is of another bench.
+        model.rotor_error =
+            (!model.identified_from.is_empty()).then(|| rotor_error(&model, &[logs, validation])).flatten();
         Ok(Identification {
             model,
             frequency_response: response,

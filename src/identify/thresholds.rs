@@ -177,6 +177,8 @@ crate::thresholds! {
     linear_thrust_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
     /// count: samples that a free run must be scored on.
     fewest_validated: usize = 10, "count", "judgement";
+    /// [time constants] after which a free run has forgotten where it began: a fiftieth is left
+    forgotten_after: f64 = 4.0, "time constants", "exp(-4) = 0.018";
     /// count: knots of the voltage's course, at most: 40 minutes of the shortest bends.
     most_knots: usize = 240, "count", "judgement (time of computing)";
     /// [intervals] rows so far apart are drawn with a gap between them

@@ -199,6 +199,12 @@ impl Equations {
         self
     }
 
+    /// [s] by which commands act later than they are given.
+    #[must_use]
+    pub fn command_delay(&self) -> f64 {
+        self.command_delay
+    }
+
     /// [rad/s] the pole of a rotor.
     #[must_use]
     pub fn rotor_pole(&self) -> f64 {

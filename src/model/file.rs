@@ -126,6 +126,12 @@ impl Model {
         if actuator.steady_rate.iter().chain([&actuator.voltage_gain]).any(|value| !value.is_finite()) {
             return value_error("actuator.steady_rate and voltage_gain must be finite numbers".to_owned());
         }
+        if self.rotor_error.is_some_and(|error| !error.is_sound()) {
+            return value_error(
+                "rotor_error: rms, largest (not below it) and samples must be above zero, the commands from 0 to 1"
+                    .to_owned(),
+            );
+        }
         let positive = [
             ("actuator.full_voltage", actuator.full_voltage),
             ("actuator.pole", actuator.pole),

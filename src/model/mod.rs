@@ -24,6 +24,8 @@ mod known_effect;
 mod ladder;
 mod measure;
 mod rotor;
+mod rotor_error;
+mod rotor_step;
 mod rotor_trace;
 mod runge_kutta;
 mod step_back;
@@ -42,6 +44,8 @@ pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
 pub use ladder::{Change, ErrorFall, LogReference, ModelStep, SeenRows};
 pub use measure::Measure;
+pub use rotor_error::RotorError;
+pub use rotor_step::{Member, MemberState};
 pub use rotor_trace::{Remembered, RotorInput, RotorStart, RotorTrace};
 pub use user_effect::{UserEffect, UserParameter};
 
@@ -116,6 +120,9 @@ pub struct Model {
     /// The rows that its own numbers were identified from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub identified_from: Vec<SeenRows>,
+    /// How far the rotors of those logs were from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotor_error: Option<RotorError>,
 }
 
 /// Names of the coefficients of g(u) by power, and their symbols in the paper.
@@ -161,6 +168,7 @@ impl Model {
             effects: Vec::new(),
             ladder: Vec::new(),
             identified_from: Vec::new(),
+            rotor_error: None,
         }
     }
 

@@ -13,15 +13,16 @@ const SHORTEST_STEP: f64 = 2.5e-3;
 const SAME_SPAN: f64 = 1e-9;
 
 /// Everything that moves.
-struct State {
-    rate: f64,
-    steady: [f64; MOST_STATES],
-    sensor: [f64; MOST_STATES],
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct State {
+    pub(super) rate: f64,
+    pub(super) steady: [f64; MOST_STATES],
+    pub(super) sensor: [f64; MOST_STATES],
 }
 
 /// How a span of held inputs is gone through: what all spans of one length have in common.
 #[derive(Clone, Copy)]
-struct Stride {
+pub(super) struct Stride {
     /// [s] the span.
     span: f64,
     /// Steps of it.
@@ -162,7 +163,7 @@ impl Equations {
 
     /// Goes through a `span` [s] of held inputs; the integral of the rate over it.
     #[inline]
-    fn go_through(&self, state: &mut State, point: &mut Point, stride: &Stride, span: f64) -> f64 {
+    pub(super) fn go_through(&self, state: &mut State, point: &mut Point, stride: &Stride, span: f64) -> f64 {
         if !self.is_lag() {
             return self.advance(state, point, stride);
         }
@@ -225,7 +226,7 @@ impl Equations {
     }
 
     /// How a span is gone through.
-    fn stride(&self, span: f64) -> Stride {
+    pub(super) fn stride(&self, span: f64) -> Stride {
         let hooks = self.steady.iter().chain(&self.rotor_sensor);
         let rates = hooks.filter_map(|hook| hook.memory().map(|memory| memory.rate()));
         // The laws on the acceleration move the pole by a small factor at most.
@@ -244,7 +245,7 @@ impl Equations {
     }
 
     /// The steady state of everything at a held point, but for what the start says.
-    fn initial_state(&self, first: Point, start: &RotorStart) -> State {
+    pub(super) fn initial_state(&self, first: Point, start: &RotorStart) -> State {
         let mut point = first;
         point.propeller_rate = start.rate.unwrap_or(first.steady_rate);
         let mut state =
@@ -275,7 +276,7 @@ impl Equations {
         state
     }
 
-    fn sensed(&self, state: &State, point: &mut Point) -> f64 {
+    pub(super) fn sensed(&self, state: &State, point: &mut Point) -> f64 {
         point.propeller_rate = state.rate;
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
             point.propeller_rate += match hook.memory() {

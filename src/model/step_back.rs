@@ -45,6 +45,8 @@ impl Model {
         for (name, value) in &step.before {
             model.set_parameter(name, *value);
         }
+        // Of the model with the step.
+        model.rotor_error = None;
         Some(model)
     }
 }

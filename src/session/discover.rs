@@ -6,6 +6,7 @@ use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
 use crate::diagnose::{DiagnoseConfig, Event, step};
 use crate::discover::{self, Discovery, LawVerdict};
+use crate::identify::rotor_error;
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -35,6 +36,7 @@ pub fn discover(
         let added: Vec<String> = effects.cloned().collect();
         let step = step(model, &added, [&logs.train, &logs.validate], &found.error);
         found.model.ladder.push(step);
+        found.model.rotor_error = rotor_error(&found.model, &[&logs.train, &logs.validate]);
     }
     found.findings.extend(logs.finding);
     Ok(found)

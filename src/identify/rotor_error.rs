@@ -1,0 +1,55 @@
+//! How far the rotors of the logs are from a model that was fitted to them: what the guard's speed check may allow.
+
+use super::thresholds::THRESHOLDS;
+use crate::estimation::quantile::extremes;
+use crate::model::{Equations, Model, RotorError, RotorInput, RotorStart, RotorTrace};
+use crate::screening::ScreenedLog;
+use crate::screening::rotor_data::RotorLog;
+use crate::signal::side;
+
+/// Errors of free runs of `model` over each stretch of the logs' rotors; `None` where nothing of a turning rotor was measured.
+#[must_use]
+pub fn rotor_error(model: &Model, logs: &[&[ScreenedLog]]) -> Option<RotorError> {
+    let equations = model.equations().ok()?;
+    let (mut errors, mut commands) = (Vec::new(), Vec::new());
+    for rotor in logs.iter().copied().flatten().flat_map(ScreenedLog::rotors) {
+        errors_of(&equations, rotor.data(), &mut errors, &mut commands);
+    }
+    let samples = errors.len();
+    let squares: f64 = errors.iter().map(|error| error * error).sum();
+    let largest = errors.iter().fold(0.0, |most: f64, error| most.max(error.abs()));
+    let (lowest_command, highest_command) = extremes(commands.into_iter());
+    let rms = (squares / samples as f64).sqrt();
+    (rms > 0.0 && largest.is_finite()).then_some(RotorError {
+        rms,
+        largest: largest.max(rms),
+        samples,
+        lowest_command,
+        highest_command,
+    })
+}
+
+fn errors_of(equations: &Equations, rotor: &RotorLog, errors: &mut Vec<f64>, commands: &mut Vec<f64>) {
+    let mut trace = RotorTrace::default();
+    for segment in &rotor.segments {
+        // What was commanded before is not known, and the first reading is noisy: the run has forgotten both after a while.
+        let Some(first) = segment.clone().find(|row| rotor.rate[*row].is_finite()) else { continue };
+        let rows = first..segment.end;
+        let input = RotorInput {
+            time: &rotor.time[rows.clone()],
+            command: &rotor.command[rows.clone()],
+            voltage: rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+            side: side(rotor.number.saturating_sub(1)),
+        };
+        let start = RotorStart { rate: Some(rotor.rate[first]), is_first: true, ..RotorStart::default() };
+        equations.simulate_rotor(&input, &start, &mut trace);
+        let from = rotor.time[first]
+            + equations.command_delay()
+            + THRESHOLDS.forgotten_after / equations.rotor_pole();
+        let scored = |row: &usize| rotor.rate[*row].is_finite() && rotor.time[*row] >= from;
+        for (row, read) in rows.zip(&trace.measured).filter(|(row, _)| scored(row)) {
+            errors.push(rotor.rate[row] - read);
+            commands.push(rotor.command[row]);
+        }
+    }
+}
