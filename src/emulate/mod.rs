@@ -19,6 +19,7 @@ mod hidden_config;
 mod history;
 mod own_law;
 mod plant;
+mod rotor_fault;
 mod sensor;
 mod settings;
 mod temperature;
@@ -31,11 +32,13 @@ pub use error::EmulateError;
 pub use hidden::catalogue;
 pub use hidden_config::HiddenConfig;
 pub use plant::{Plant, PlantState, Truth};
+pub use rotor_fault::{RotorFault, RotorFaultKind};
 pub use sensor::{SensorConfig, SensorsConfig};
 pub use settings::{EmulatorConfig, Impulse};
 
 use history::CommandLine;
 use plant::Inputs;
+use rotor_fault::{BuiltFault, Damage};
 use sensor::{Device, Sampler};
 
 /// The emulated bench as built.
@@ -51,6 +54,7 @@ pub struct Emulator {
     initial_angle: f64,
     hold_until_commanded: bool,
     seed: u64,
+    faults: Vec<BuiltFault>,
 }
 
 /// The emulated bench at one instant.
@@ -62,6 +66,11 @@ pub struct EmulatorState {
     lines: [CommandLine; ROTORS],
     commanded_ns: [u64; ROTORS],
     is_held: bool,
+    damage: [Damage; ROTORS],
+    /// [-] what an ESC that obeys no more turns at.
+    stuck: [Option<f64>; ROTORS],
+    /// Faults that have come.
+    broken: usize,
     /// One for each device.
     samplers: Vec<Sampler>,
     sensors: Sensors,
@@ -79,6 +88,9 @@ impl Emulator {
             lines: [CommandLine::new(self.delay_ns), CommandLine::new(self.delay_ns)],
             commanded_ns: [0; ROTORS],
             is_held: self.hold_until_commanded,
+            damage: Default::default(),
+            stuck: [None; ROTORS],
+            broken: 0,
             samplers: samplers.collect(),
             sensors: Sensors::default(),
         };
@@ -111,6 +123,7 @@ impl Emulator {
                 line.arrive(event_ns);
             }
             self.time_out(state);
+            self.break_rotors(state);
             self.sample(state);
         }
     }
@@ -131,7 +144,9 @@ impl Emulator {
         let again = if self.impulse_period_ns > 0 { cycle + self.impulse_period_ns } else { u64::MAX };
         let timeout = state.commanded_ns.iter().map(|stamp| stamp + self.esc_timeout_ns);
         let timeout = timeout.filter(|&at| at > now).min().unwrap_or(u64::MAX);
-        sample.min(line).min(edge).min(again).min(timeout).max(now + 1)
+        let fault =
+            self.faults.iter().map(|fault| fault.at_ns).filter(|&at| at > now).min().unwrap_or(u64::MAX);
+        sample.min(line).min(edge).min(again).min(timeout).min(fault).max(now + 1)
     }
 
     /// [ns] into the script of impulses, and when this round of it began.
@@ -152,10 +167,11 @@ impl Emulator {
     /// What acts on the plant now.
     fn inputs(&self, state: &EmulatorState) -> Inputs {
         Inputs {
-            rotor: [state.lines[0].arrived(), state.lines[1].arrived()],
+            rotor: std::array::from_fn(|rotor| state.stuck[rotor].unwrap_or(state.lines[rotor].arrived())),
             torque: self.disturbance(state.now_ns),
             time: clock::span_s(state.now_ns),
             is_held: state.is_held,
+            damage: state.damage,
         }
     }
 
@@ -177,6 +193,20 @@ impl Emulator {
         for (line, stamp) in state.lines.iter_mut().zip(state.commanded_ns) {
             if state.now_ns >= stamp + self.esc_timeout_ns && line.arrived() > 0.0 {
                 line.stop();
+            }
+        }
+    }
+
+    /// What has broken by now; nothing mends itself.
+    fn break_rotors(&self, state: &mut EmulatorState) {
+        for fault in self.faults.iter().skip(state.broken).take_while(|fault| fault.at_ns <= state.now_ns) {
+            state.broken += 1;
+            fault.damage(&mut state.damage[fault.rotor]);
+            let is_stuck = &mut state.stuck[fault.rotor];
+            match fault.kind {
+                RotorFaultKind::Deaf => *is_stuck = Some(state.lines[fault.rotor].arrived()),
+                RotorFaultKind::TurnsByItself => *is_stuck = Some(fault.command),
+                RotorFaultKind::BrokenPropeller | RotorFaultKind::Desync => {}
             }
         }
     }

@@ -13,6 +13,7 @@ use super::error::EmulateError;
 use super::hidden::{Kind, Law, Laws};
 use super::hidden_config::HiddenConfig;
 use super::history::TorqueHistory;
+use super::rotor_fault::Damage;
 use super::temperature::Temperatures;
 
 /// Number of continuous states.
@@ -39,6 +40,8 @@ pub(super) struct Inputs {
     pub time: f64,
     /// Whether somebody holds the body still.
     pub is_held: bool,
+    /// What is broken of the rotors.
+    pub damage: [Damage; ROTORS],
 }
 
 /// The plant as built: parameters, battery, hidden laws.
@@ -260,14 +263,15 @@ impl Plant {
     ) -> f64 {
         let mut u = self.laws.command(inputs.rotor[rotor].clamp(0.0, 1.0));
         let rate = |u| self.laws.steady_rate(&self.config, u, voltage, x[HEAT + rotor]);
+        let broken = |rate: f64| inputs.damage[rotor].steady_rate(rate.max(0.0), self.config.hover_rate);
         if !self.laws.has_own() {
-            return rate(u).max(0.0);
+            return broken(rate(u));
         }
         let mut point = Point { command: u, ..self.point(x, rotor, inputs) };
         u += self.laws.own(Site::Command, &point, &memories[rotor]);
         point.command = u;
         point.steady_rate = rate(u);
-        (point.steady_rate + self.laws.own(Site::SteadyRate, &point, &memories[rotor])).max(0.0)
+        broken(point.steady_rate + self.laws.own(Site::SteadyRate, &point, &memories[rotor]))
     }
 
     /// What an expression may look at, of one rotor.
@@ -300,12 +304,14 @@ impl Plant {
     }
 
     fn thrust(&self, x: &[f64; STATES], inputs: &Inputs) -> [f64; ROTORS] {
-        let of = |side, rotor| {
+        let of = |side: f64, rotor: usize| {
             let thrust = self.laws.thrust(&self.config, side, x[PROPELLER + rotor], x[ANGLE], x[RATE]);
+            let left = inputs.damage[rotor].propeller;
             if !self.laws.has_own() {
-                return thrust;
+                return left * thrust;
             }
-            thrust + self.laws.own(Site::Thrust, &Point { thrust, ..self.point(x, rotor, inputs) }, &[])
+            left * thrust
+                + self.laws.own(Site::Thrust, &Point { thrust, ..self.point(x, rotor, inputs) }, &[])
         };
         [of(1.0, 0), of(-1.0, 1)]
     }

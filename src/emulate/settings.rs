@@ -11,6 +11,7 @@ use super::bench::PlantConfig;
 use super::error::EmulateError;
 use super::hidden_config::HiddenConfig;
 use super::plant::Plant;
+use super::rotor_fault::{BuiltFault, RotorFault};
 use super::sensor::SensorsConfig;
 
 /// One `[[emulator.impulse]]` table: a rectangular torque from outside.
@@ -56,6 +57,9 @@ pub struct EmulatorConfig {
     pub impulse: Vec<Impulse>,
     /// Effects the bench has and no model mentions.
     pub hidden: Vec<HiddenConfig>,
+    /// What breaks on its rotors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fault: Vec<RotorFault>,
 }
 
 impl Default for EmulatorConfig {
@@ -73,6 +77,7 @@ impl Default for EmulatorConfig {
             sensors: SensorsConfig::default(),
             impulse: Vec::new(),
             hidden: Vec::new(),
+            fault: Vec::new(),
         }
     }
 }
@@ -108,7 +113,15 @@ impl EmulatorConfig {
             initial_angle: self.initial_angle,
             hold_until_commanded: self.hold_until_commanded,
             seed: self.seed,
+            faults: self.faults()?,
         })
+    }
+
+    /// In the order in which they come.
+    fn faults(&self) -> Result<Vec<BuiltFault>, EmulateError> {
+        let mut faults = self.fault.iter().map(RotorFault::build).collect::<Result<Vec<_>, _>>()?;
+        faults.sort_by_key(|fault| fault.at_ns);
+        Ok(faults)
     }
 
     fn impulses_ns(&self) -> Result<Vec<(u64, u64, f64)>, EmulateError> {
