@@ -1,8 +1,11 @@
 //! `rotorbench check`: resolve and check a bench file: signals, units, bus load.
 
+use std::path::Path;
+
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, output};
 use crate::can::protocol;
+use crate::model::Model;
 use crate::report::check;
 use crate::runtime::{controller_plant, emulate};
 use crate::session::BenchCheck;
@@ -52,11 +55,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let config = arguments.bench.load()?;
     let spoken = protocol(&config.bus, config.period_s)?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = controller_plant::guard(&config)?;
     controller_plant::command_source(&config)?;
+    let model = Model::load(Path::new(&config.model))?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
-    let resolved = BenchCheck::of(&config, &*spoken, &guard)?;
+    let resolved = BenchCheck::of(&config, &*spoken, (&guard, &model))?;
     output::say(arguments.json, &check::answer(&resolved), || check::text(&resolved))?;
     resolved.caveats.iter().for_each(|it| eprintln!("warning: {}", check::sentence(it)));
     resolved.obstacles.iter().for_each(|it| eprintln!("found wanting: {}", check::sentence(it)));

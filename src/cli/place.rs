@@ -118,8 +118,10 @@ impl Setting {
     }
 
     fn of_guard(error: &GuardError) -> Option<Self> {
-        let GuardError::Setting { key, .. } = error;
-        Self::one(key)
+        match error {
+            GuardError::Setting { key, .. } => Self::one(key),
+            GuardError::SpeedCheck(_) => Self::one("guard.speed_check"),
+        }
     }
 
     fn of_machine(error: &RealTimeError) -> Option<Self> {

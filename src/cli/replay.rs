@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (config, model) = settings(arguments, recording.metadata())?;
     let plan = plan(&arguments.recording, recording.metadata())?;
     let source = controller_plant::command_source_of(&config, &model, plan.as_ref())?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = config.guard.build_on(config.period_s, &model)?;
     let mut lost = 0;
     let mut replay = Replay::new(&source, &guard);
     replay.run(recording.by_ref().inspect(|record| {

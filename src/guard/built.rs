@@ -1,6 +1,8 @@
 //! A built guard: what it holds the bench to.
 
 use super::signals::SignalLimit;
+use super::speed_model::{Lacks, SpeedCheck, SpeedModel};
+use crate::model::Model;
 use crate::signal::Channel;
 
 /// What an experiment must fit into.
@@ -34,6 +36,7 @@ pub struct Guard {
     pub(super) arm_checks_ns: u64,
     pub(super) arm_timeout_ns: u64,
     pub(super) request_time_to_live_ns: u64,
+    pub(super) speed: Option<SpeedModel>,
     pub(super) signals: [SignalLimit; Channel::WATCHED.len()],
 }
 
@@ -67,5 +70,17 @@ impl Guard {
     #[must_use]
     pub fn time_to_live_ns(&self) -> u64 {
         self.time_to_live_ns
+    }
+
+    /// What is seen of rotors that do not turn as commanded; `None` = the speeds are not held against the commands.
+    #[must_use]
+    pub fn speed_check(&self) -> Option<SpeedCheck> {
+        self.speed.as_ref().map(SpeedModel::looks)
+    }
+
+    /// What of `model` keeps rotors from being held against it; `None` = nothing.
+    #[must_use]
+    pub fn lacks_for_speed_check(model: &Model) -> Option<Lacks> {
+        SpeedModel::lacks(model)
     }
 }

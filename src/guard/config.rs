@@ -4,8 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::built::{Guard, Limits};
 use super::signals::SignalLimit;
+use super::speed_config::SpeedCheckConfig;
+use super::speed_model::{SpeedCheckError, SpeedModel};
 use super::thresholds::{THRESHOLDS, share_of};
 use crate::clock::span_ns;
+use crate::model::Model;
 use crate::signal::channels::sensor_table;
 use crate::signal::{After, Channel, GuardRow, Sensor};
 
@@ -47,6 +50,8 @@ macro_rules! guard_config {
             pub arm_timeout_s: f64,
             /// [s] age at which an `arm` or `disarm` is no longer obeyed.
             pub request_time_to_live_s: f64,
+            /// Whether the rotors' reported speeds are held against the commands, by the bench's model.
+            pub speed_check: SpeedCheckConfig,
             $($(
                 #[doc = concat!("Limits of `", stringify!($watched), "`.")]
                 pub $watched: SignalConfig,
@@ -68,6 +73,7 @@ macro_rules! guard_config {
                     arm_checks_s: 0.2,
                     arm_timeout_s: 2.0,
                     request_time_to_live_s: 1.0,
+                    speed_check: SpeedCheckConfig::default(),
                     $($($watched: SignalConfig::default(),)?)+
                 }
             }
@@ -128,15 +134,35 @@ pub enum GuardError {
         /// What it must be.
         rule: &'static str,
     },
+    /// The rotors' speeds cannot be held against the model.
+    #[error(transparent)]
+    SpeedCheck(#[from] SpeedCheckError),
 }
 
 impl GuardConfig {
-    /// Checks every number and builds the guard for this control period.
+    /// Checks every number and builds the guard for this control period, of a bench whose speeds are not held against its model.
     ///
     /// # Errors
-    /// [`GuardError::Setting`] names the setting.
+    /// [`GuardError::Setting`] names the setting; [`GuardError::SpeedCheck`] where they are to be.
     pub fn build(&self, period_s: f64) -> Result<Guard, GuardError> {
+        self.build_with(period_s, None)
+    }
+
+    /// The same of a bench with this model.
+    ///
+    /// # Errors
+    /// As [`GuardConfig::build`]; [`GuardError::SpeedCheck`] where the model cannot say what speeds to expect.
+    pub fn build_on(&self, period_s: f64, model: &Model) -> Result<Guard, GuardError> {
+        self.build_with(period_s, Some(model))
+    }
+
+    fn build_with(&self, period_s: f64, model: Option<&Model>) -> Result<Guard, GuardError> {
         self.check(period_s)?;
+        let speed = match (self.speed_check.on, model) {
+            (false, _) => None,
+            (true, None) => return Err(SpeedCheckError::NoModel.into()),
+            (true, Some(model)) => Some(SpeedModel::build(model, self.speed_check.band)?),
+        };
         // The sliver keeps 0.1 s at 0.02 s five periods, not six.
         let hold_periods = (self.hold_s / period_s - 1e-9).ceil().max(1.0);
         let time_to_live = self.command_time_to_live_s.unwrap_or((hold_periods + 1.0) * period_s);
@@ -171,6 +197,7 @@ impl GuardConfig {
             arm_checks_ns: span_ns(self.arm_checks_s),
             arm_timeout_ns: span_ns(self.arm_timeout_s),
             request_time_to_live_ns: span_ns(self.request_time_to_live_s),
+            speed,
             signals,
         })
     }
@@ -195,6 +222,7 @@ impl GuardConfig {
             60.0,
             "above 0 and at most 60",
         )?;
+        within("speed_check.band", self.speed_check.band, 1.0, 1000.0, "from 1 to 1000")?;
         within("ramp_periods", f64::from(self.ramp_periods), 0.0, 1000.0, "at most 1000")?;
         within("swing_limit", f64::from(self.swing_limit), 1.0, 1e6, "at least 1")
     }

@@ -4,6 +4,7 @@ use super::events::EventRing;
 use super::gate::CommandGate;
 use super::output::Output;
 use super::signals::SignalTrack;
+use super::speed_track::SpeedTrack;
 use super::table::{Cause, State};
 use crate::signal::{Channel, GuardEvent};
 
@@ -29,6 +30,7 @@ pub struct GuardState {
     pub(super) bucket: f64,
     pub(super) gate: CommandGate,
     pub(super) signals: [SignalTrack; Channel::WATCHED.len()],
+    pub(super) speed: Box<SpeedTrack>,
     pub(super) output: Output,
     /// Sequence and stamp of the last request looked at.
     pub(super) request: (u64, u64),
@@ -57,6 +59,7 @@ impl GuardState {
             bucket: 0.0,
             gate: CommandGate::default(),
             signals: [SignalTrack::default(); Channel::WATCHED.len()],
+            speed: Box::default(),
             output: Output::default(),
             request: (0, 0),
             events: EventRing::new(),

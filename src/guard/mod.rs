@@ -14,6 +14,9 @@ mod gate;
 mod memory;
 mod output;
 mod signals;
+mod speed_config;
+mod speed_model;
+mod speed_track;
 mod table;
 pub mod thresholds;
 mod trouble;
@@ -21,6 +24,8 @@ mod trouble;
 pub use built::{Guard, Limits};
 pub use config::{GuardConfig, GuardError, SignalConfig};
 pub use memory::GuardState;
+pub use speed_config::SpeedCheckConfig;
+pub use speed_model::{Lacks, SpeedCheck, SpeedCheckError};
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
 use gate::{GateRules, Passage};

@@ -33,6 +33,11 @@ enum Side {
 }
 
 impl Output {
+    /// [-] what the rotors got last.
+    pub(super) fn rotor(&self) -> [f64; ROTORS] {
+        self.rotor
+    }
+
     /// Whether a rotor is commanded at all.
     pub(super) fn turns(&self) -> bool {
         self.rotor.iter().any(|command| *command > 0.0)

@@ -191,11 +191,15 @@ pub enum Cause {
     NodeUnhealthy = 29,
     /// Two nodes have one number.
     NodeIdTwice = 30,
+    /// A rotor's speed is not what the model makes of its command.
+    SpeedWrong = 31,
+    /// A rotor turns though it was commanded to stand.
+    TurnsUncommanded = 32,
 }
 
 impl Cause {
     /// Number of causes.
-    pub const COUNT: usize = 31;
+    pub const COUNT: usize = 33;
 
     /// Cause, its name for scripts and its label, in the order of the codes.
     #[rustfmt::skip]
@@ -231,6 +235,8 @@ impl Cause {
         (Self::NodeSilent, "node_silent", "a node of the bus is silent"),
         (Self::NodeUnhealthy, "node_unhealthy", "a node of the bus is not well"),
         (Self::NodeIdTwice, "node_id_twice", "two nodes of the bus have one number"),
+        (Self::SpeedWrong, "speed_wrong", "a rotor's speed does not answer its command"),
+        (Self::TurnsUncommanded, "turns_uncommanded", "a rotor turns without a command"),
     ];
 
     /// The cause with this code.

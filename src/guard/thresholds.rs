@@ -16,6 +16,32 @@ crate::thresholds! {
     swing_leak_s: f64 = 3.0, "s", "judgement";
     /// [ns] between two wishes to arm of a bench that arms itself
     arming_period_ns: u64 = 100_000_000, "ns", "judgement";
+    /// [-] standard deviations of the model's error, of its numbers and of its logs, by which a rotor's speed may be off for as long
+    /// as it likes, where the bench file does not say
+    speed_band: f64 = 7.0, "-", "normal distribution: 3e-12 by chance, whatever the correlation";
+    /// [-] standard deviations that each reading must lie outside the band to add to the sum; the sum's bound on false alarms
+    /// is for this shift
+    speed_drift: f64 = 1.0, "-", "Page's test: exp(-2 x drift x limit) a reading";
+    /// [-] sum at which a speed does not answer its command
+    speed_limit: f64 = 18.0, "-", "exp(-36) a reading: 1e-6 in 100 h at 1 kHz of two rotors, both signs";
+    /// [-] most that one reading adds to the sum: three readings at least are outside, whatever one says
+    speed_most: f64 = 6.0, "-", "a third of the limit";
+    /// [s] after a command came into the model's range until its speed is judged: a rotor starts
+    speed_settle_s: f64 = 0.5, "s", "as a rotor that starts in a log";
+    /// [s] for which a command is zero before a rotor must stand: time constants of a propeller that runs out
+    speed_run_out_s: f64 = 1.5, "s", "judgement: 24 time constants of the paper's rotor, which brakes";
+    /// [-] share of the hover rate below which a rotor stands
+    speed_standing: f64 = 0.1, "-", "judgement: ESCs that report slow rotors at random";
+    /// [-] share of the identified commands' range by which a command may lie outside it and still be judged
+    speed_range_margin: f64 = 0.05, "-", "judgement";
+    /// count: steps in which a rotor comes to rest where it is only asked what would be seen of it
+    speed_rest_steps: usize = 60, "count", "exp(-15) of its way is left";
+    /// [time constants] each of them
+    speed_rest_step: f64 = 0.25, "time constants", "as fine as a step of integration";
+    /// [s] longest step over which the model is run on; after a longer one it begins anew
+    speed_longest_step_s: f64 = 2.0, "s", "twice the longest period";
+    /// count: numbers of a model, at most, whose errors widen the band
+    speed_numbers: usize = 14, "count", "time of a step";
 }
 
 /// [ns] this share of a span.

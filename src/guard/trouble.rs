@@ -5,7 +5,7 @@ use super::memory::{GuardState, NO_SUBJECT};
 use super::signals::SignalState;
 use super::table::Cause;
 
-use crate::signal::{Channel, Sensors};
+use crate::signal::{Channel, Sensor, Sensors};
 
 /// Something found wanting in this step, worst first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +47,11 @@ impl Guard {
             let value = state.output.swings();
             worst = Some(Trouble { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
         }
+        if let Some(trouble) = self.speed_trouble(state, now_ns, sensors)
+            && worst.is_none_or(|worst| !worst.trips)
+        {
+            worst = Some(trouble);
+        }
         let turning = active && state.output.turns();
         for ((limit, track), channel) in self.signals.iter().zip(&mut state.signals).zip(Channel::WATCHED) {
             if !limit.required {
@@ -63,6 +68,15 @@ impl Guard {
             }
         }
         worst
+    }
+
+    /// A rotor whose speed does not answer what left the guard.
+    fn speed_trouble(&self, state: &mut GuardState, now_ns: u64, sensors: &Sensors) -> Option<Trouble> {
+        let model = self.speed.as_ref()?;
+        let (rotor, cause, value) = state.speed.assess(model, now_ns, state.output.rotor(), sensors)?;
+        let channel =
+            Channel::WATCHED.into_iter().filter(|it| it.sensor() == Sensor::PropellerRate).nth(rotor);
+        Some(Trouble { cause, subject: channel.map_or(NO_SUBJECT, Channel::subject), value, trips: true })
     }
 
     fn command_trouble(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Trouble> {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Table;
 use crate::control::ControllerKind;
 use crate::screening::Finding;
-use crate::session::{BenchCheck, InterfaceLook};
+use crate::session::{BenchCheck, InterfaceLook, SpeedCheckRow};
 
 /// The answer of `check --json`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -151,7 +151,7 @@ pub fn text(check: &BenchCheck) -> String {
         ]);
     }
     format!(
-        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\nmodel {}, controller {}\n\n{}\n{}\nworst-case bus load {:.1} %\n",
+        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\nmodel {}, controller {}\n{}\n\n{}\n{}\nworst-case bus load {:.1} %\n",
         check.bench,
         round(check.period_s * 1e3),
         check.interface,
@@ -159,6 +159,7 @@ pub fn text(check: &BenchCheck) -> String {
         check.bit_rate,
         model(&check.model),
         controller(check.controller),
+        speed_check(&check.speed_check),
         message_table(check).text(),
         signals.text(),
         check.bus_load_percent
@@ -169,6 +170,24 @@ fn controller(kind: ControllerKind) -> &'static str {
     match kind {
         ControllerKind::Emc => "EMC",
         ControllerKind::Pid => "PID",
+    }
+}
+
+/// Whether rotors are held against their commands, and why not.
+fn speed_check(row: &SpeedCheckRow) -> String {
+    match (row.seen_from_rad_s, row.seen_from_share, row.commands) {
+        (Some(off), Some(share), Some([lowest, highest])) => format!(
+            "rotor speeds are held against the model: at hover, three readings off by {off:.0} rad/s ({:.1} %) stop the rotors; at \
+             commands from {lowest:.2} to {highest:.2}",
+            100.0 * share
+        ),
+        _ if row.model_is_identified => {
+            "rotor speeds are not held against the model: guard.speed_check is off, and this model allows it (`on = true`)"
+                .to_owned()
+        }
+        _ => "rotor speeds are not held against the model: guard.speed_check is off, and needs a model that was identified on this \
+              bench"
+            .to_owned(),
     }
 }
 

@@ -11,6 +11,7 @@ use crate::control::design::LoopPlant;
 use crate::control::{Compensation, PlantParameters};
 use crate::effect::{Site, Term};
 use crate::experiment::{ExperimentConfig, Rotors, Shape};
+use crate::guard::Guard;
 use crate::model::Model;
 
 /// The plant of `model`, and what of its effects a controller can cancel.
@@ -59,6 +60,17 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         scales_with_battery: model.term(Site::Command, Term::VoltageScaling).is_some(),
     };
     Ok((plant, compensation))
+}
+
+/// The bench's guard, with its model where the speeds are held against it.
+///
+/// # Errors
+/// [`ProcessError::Guard`] names the setting; [`ProcessError::Model`] when the model cannot be read.
+pub fn guard(config: &BenchConfig) -> Result<Guard, ProcessError> {
+    if !config.guard.speed_check.on {
+        return Ok(config.guard.build(config.period_s)?);
+    }
+    Ok(config.guard.build_on(config.period_s, &Model::load(Path::new(&config.model))?)?)
 }
 
 /// An experiment and how it is run: written into a recording, so that it can be repeated.

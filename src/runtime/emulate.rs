@@ -54,7 +54,7 @@ pub fn behind_guard(
 ) -> Result<GuardedSummary, ProcessError> {
     config.check()?;
     let emulator = emulator(config)?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = super::controller_plant::guard(config)?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
     let mut guard = BusGuard::open(&bench, guard, clock::span_ns(config.period_s))?;
     if arm {

@@ -58,7 +58,7 @@ pub fn prepare(
 ) -> Result<(Experiment, CommandSource), ProcessError> {
     config.check()?;
     let experiment = plan.experiment.build(config.period_s)?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = controller_plant::guard(config)?;
     experiment.check(&guard.limits()).map_err(ExperimentError::from)?;
     let source = if plan.closed_loop {
         controller_plant::command_source(config)?.excited_by(experiment.clone())
@@ -82,7 +82,7 @@ pub fn in_lockstep(
     /// Slots between two words on progress.
     const REPORT_SLOTS: u64 = 5000;
     let (experiment, source) = prepare(config, plan)?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = controller_plant::guard(config)?;
     let bench = Lockstep::new(super::emulate::emulator(config)?, source, config.period_s).guarded(guard);
     let mut state = bench.start();
     let mut trace = Trace::default();

@@ -92,7 +92,7 @@ impl RunLoop {
     /// A second bridge or controller on the same bench; a bus, DBC file or role that cannot be.
     pub fn open(config: &BenchConfig, source: CommandSource, log: LogQueue) -> Result<Self, ProcessError> {
         config.check()?;
-        let guard = config.guard.build(config.period_s)?;
+        let guard = super::controller_plant::guard(config)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;

@@ -11,6 +11,7 @@ use crate::can::{
 use crate::clock::span_s;
 use crate::control::ControllerKind;
 use crate::guard::Guard;
+use crate::model::Model;
 use crate::screening::Finding;
 use crate::signal::Channel;
 
@@ -39,12 +40,43 @@ pub struct BenchCheck {
     pub signals: Vec<SignalRow>,
     /// [%] load of the bus at worst.
     pub bus_load_percent: f64,
+    /// Whether rotors are held against what the model makes of their commands.
+    pub speed_check: SpeedCheckRow,
     /// What keeps the bench from being armed.
     #[serde(skip)]
     pub obstacles: Vec<Finding>,
     /// What works, less well than it could.
     #[serde(skip)]
     pub caveats: Vec<Finding>,
+}
+
+/// Whether rotors are held against what the model makes of their commands.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpeedCheckRow {
+    /// Whether they are.
+    pub on: bool,
+    /// Whether the bench's model could say what speeds to expect: it was identified from logs, with its errors.
+    pub model_is_identified: bool,
+    /// [rad/s] off the model at hover from which three readings stop the rotors; `null` where they are not held.
+    pub seen_from_rad_s: Option<f64>,
+    /// [-] the same as a share of the rate at hover.
+    pub seen_from_share: Option<f64>,
+    /// [-] lowest and highest command at which they are.
+    pub commands: Option<[f64; 2]>,
+}
+
+impl SpeedCheckRow {
+    fn of(guard: &Guard, model: &Model) -> Self {
+        let check = guard.speed_check();
+        Self {
+            on: check.is_some(),
+            model_is_identified: Guard::lacks_for_speed_check(model).is_none(),
+            seen_from_rad_s: check.map(|it| it.seen_from),
+            seen_from_share: check.map(|it| it.share),
+            commands: check.map(|it| [it.commands.0, it.commands.1]),
+        }
+    }
 }
 
 /// What the kernel says of an interface.
@@ -110,7 +142,11 @@ impl BenchCheck {
     ///
     /// # Errors
     /// [`CanError`] when the interface is there and does not say what it is.
-    pub fn of(config: &BenchConfig, protocol: &dyn Protocol, guard: &Guard) -> Result<Self, CanError> {
+    pub fn of(
+        config: &BenchConfig,
+        protocol: &dyn Protocol,
+        (guard, model): (&Guard, &Model),
+    ) -> Result<Self, CanError> {
         let (spoken, load) = (protocol.messages(), protocol.load(&config.bus));
         let rows = spoken.iter().enumerate().map(|(index, it)| message_row(it, load.messages.get(index)));
         let messages = rows.collect();
@@ -144,6 +180,7 @@ impl BenchCheck {
             messages,
             signals,
             bus_load_percent: load.percent,
+            speed_check: SpeedCheckRow::of(guard, model),
             obstacles: obstacles(config, &spoken, guard),
             caveats: full
                 .into_iter()

@@ -30,7 +30,7 @@ mod open;
 mod rotors;
 pub mod thresholds;
 
-pub use bench_check::{BenchCheck, InterfaceLook};
+pub use bench_check::{BenchCheck, InterfaceLook, SpeedCheckRow};
 pub use compare::{compare, compare_extension, compare_runs};
 pub use control_loop::{ClosedLoop, ControlDesign, ControlLoop, Eigenvalue, EmcDesign};
 pub use diagnose::diagnose;

@@ -30,7 +30,8 @@ pub const TABLE: &[(&str, &[&str])] = &[
     // Whose memory may be taken away, which `rt` survives.
     ("shm", &["clock", "signal", "rt"]),
     ("control", &["unit", "clock", "signal"]),
-    ("guard", &["unit", "clock", "signal"]),
+    // It holds the rotors against the model of the bench.
+    ("guard", &["unit", "clock", "signal", "model"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
     ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
     (

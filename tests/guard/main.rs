@@ -11,5 +11,6 @@ mod requests;
 mod rig;
 mod settings;
 mod signals;
+mod speed;
 mod table;
 mod troubleshooting;

@@ -129,7 +129,7 @@ pub fn run(
     shutdown: &Shutdown,
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = controller_plant::guard(config)?;
     let source = controller_plant::command_source(config)?;
     let bench =
         Lockstep::new(crate::runtime::emulate::emulator(config)?, source, config.period_s).guarded(guard);

@@ -146,7 +146,7 @@ pub fn conduct(
     shutdown: &Shutdown,
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
-    let guard = config.guard.build(config.period_s)?;
+    let guard = crate::runtime::controller_plant::guard(config)?;
     let emulated =
         EmulatedBench::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;

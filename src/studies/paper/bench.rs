@@ -173,7 +173,7 @@ impl<'a> Benches<'a> {
         report: &mut dyn FnMut(&str, f64),
     ) -> Result<(), PaperError> {
         config.check().map_err(ProcessError::from)?;
-        let guard = config.guard.build(config.period_s).map_err(ProcessError::from)?;
+        let guard = controller_plant::guard(config)?;
         let bench = Lockstep::new(emulator(config)?, source, config.period_s).guarded(guard);
         let mut state = bench.start();
         for slot in 0..slots {
