@@ -3,8 +3,9 @@
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::can::{BridgeEnd, Frame, Protocol, ReceiverState, Roles, RotorCommands, SenderState};
-use rotorbench::emulate::{Emulator, EmulatorState, Impulse};
+use rotorbench::emulate::{Emulator, EmulatorConfig, EmulatorState, Impulse, RotorFault, RotorFaultKind};
 use rotorbench::guard::{Cause, Guard, GuardState, OperatorAct, State};
+use rotorbench::model::Model;
 use rotorbench::recording::{RecordSender, Recorder};
 use rotorbench::rt::LogQueue;
 use rotorbench::runtime::bus_io::BusIo;
@@ -24,6 +25,9 @@ pub const FLIGHT_S: f64 = 3.5;
 /// Periods without news of the guard after which a controller takes it as closed, as the control process does.
 const SILENT_PERIODS: u64 = 10;
 
+/// The built-in bench as `identify` found it: the head of the file has the commands.
+const IDENTIFIED: &str = include_str!("../guard/identified.toml");
+
 /// What a run is made of.
 pub struct Parts {
     pub emulator: Emulator,
@@ -36,6 +40,7 @@ pub struct Parts {
     /// Of a bench on DroneCAN, whose roles are then not used.
     spoken: Option<Box<dyn Protocol>>,
     flight_s: f64,
+    of_emulator: EmulatorConfig,
 }
 
 impl Parts {
@@ -45,7 +50,9 @@ impl Parts {
         config.emulator.seed = seed;
         config.emulator.esc_timeout_s = config.guard.hold_s;
         config.emulator.impulse = vec![Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.4 }];
-        let guard = config.guard.build(config.period_s).expect("the built-in guard");
+        config.guard.speed_check.on = kind.has_speed_check();
+        let model = Model::parse(IDENTIFIED, "identified.toml".as_ref()).expect("a model");
+        let guard = config.guard.build_on(config.period_s, &model).expect("the built-in guard");
         let is_dronecan = matches!(kind, Kind::Dronecan(_));
         Self {
             emulator: config.emulator.build().expect("the built-in plant"),
@@ -57,7 +64,16 @@ impl Parts {
             spoken: is_dronecan.then(|| nodes::spoken(config.period_s)),
             flight_s: if is_dronecan { nodes::FLIGHT_S } else { FLIGHT_S },
             guard,
+            of_emulator: config.emulator,
         }
+    }
+
+    /// Breaks something of the second rotor at the beginning of slot `from`.
+    fn break_rotor(&mut self, kind: RotorFaultKind, from: u64) {
+        let at_s = (from * self.period_ns) as f64 * 1e-9;
+        let fault = RotorFault { rotor: 2, at_s, kind, lost: 0.3, command: 0.2 };
+        let broken = EmulatorConfig { fault: vec![fault], ..self.of_emulator.clone() };
+        self.emulator = broken.build().expect("a plant that breaks");
     }
 
     pub fn slots(&self) -> u64 {
@@ -115,8 +131,11 @@ pub fn run_row(row: &Row, rate_hz: u32, seed: u64) -> Outcome {
 }
 
 fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) -> Outcome {
-    let parts = Parts::new(row.kind, rate_hz, seed);
+    let mut parts = Parts::new(row.kind, rate_hz, seed);
     let mut injector = Injector::new(row, &parts, seed);
+    if let Kind::Rotor(Some(kind)) = row.kind {
+        parts.break_rotor(kind, injector.from);
+    }
     let mut track = Track::new(row, &parts, injector.from);
     let bus = MemoryBus::new();
     let mut world = World {

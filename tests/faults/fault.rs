@@ -1,5 +1,7 @@
 //! The rows of the matrix: what is done to the bench, and what must come of it.
 
+use rotorbench::emulate::RotorFaultKind;
+
 use crate::bus::Interface;
 use crate::nodes::NodeFault;
 
@@ -97,6 +99,8 @@ pub enum Kind {
     RecorderStuck,
     /// The bench on DroneCAN.
     Dronecan(NodeFault),
+    /// A bench whose speeds are held against its model; something of the second rotor breaks, or nothing.
+    Rotor(Option<RotorFaultKind>),
 }
 
 impl Kind {
@@ -106,6 +110,11 @@ impl Kind {
             Self::Dronecan(fault) => Some(fault),
             _ => None,
         }
+    }
+
+    /// Whether the rotors are held against the bench's model.
+    pub fn has_speed_check(self) -> bool {
+        matches!(self, Self::Rotor(_))
     }
 }
 
@@ -205,4 +214,9 @@ pub const ROWS: &[Row] = &[
     row("DroneCAN: ESCs report at 10 Hz", Kind::Dronecan(NodeFault::Slow), Expect::Either),
     row("DroneCAN: ArmingStatus lost on its way", Kind::Dronecan(NodeFault::ArmingLost), Expect::StopsBy(2.1)),
     row("DroneCAN: another node says that no rotor may turn", Kind::Dronecan(NodeFault::Disarmed), Expect::Stops(2)),
+    row("speed check: none", Kind::Rotor(None), Expect::RunsOn),
+    row("speed check: a propeller loses 30 % of its thrust", Kind::Rotor(Some(RotorFaultKind::BrokenPropeller)), Expect::StopsBy(0.3)),
+    row("speed check: a rotor loses step and stops", Kind::Rotor(Some(RotorFaultKind::Desync)), Expect::StopsBy(0.3)),
+    row("speed check: an ESC turns by itself", Kind::Rotor(Some(RotorFaultKind::TurnsByItself)), Expect::StopsBy(0.3)),
+    row("speed check: an ESC obeys no more", Kind::Rotor(Some(RotorFaultKind::Deaf)), Expect::Either),
 ];

@@ -83,6 +83,9 @@ fn faults_are_found_by_their_own_cause() {
         ("DroneCAN: one ESC silent about how it is", Cause::NodeSilent),
         ("DroneCAN: one ESC in health ERROR", Cause::NodeUnhealthy),
         ("DroneCAN: another node says that no rotor may turn", Cause::ForeignCommand),
+        ("speed check: a propeller loses 30 % of its thrust", Cause::SpeedWrong),
+        ("speed check: a rotor loses step and stops", Cause::SpeedWrong),
+        ("speed check: an ESC turns by itself", Cause::SpeedWrong),
     ] {
         for seed in SEED..SEED + 3 {
             let outcome: Outcome = run_row(named(name), 50, seed);
