@@ -4,76 +4,78 @@ use std::collections::BTreeMap;
 
 use super::block_run::BlockRun;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::moments::deviation;
-use crate::estimation::noise_by_blocks::{NoiseBlocks, noise_by_blocks};
-use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
-use crate::estimation::quantization_step::quantization_step;
+use crate::estimation::moments::mean;
+use crate::estimation::noise_floor::SensorNoise;
+use crate::estimation::slope::slope;
 use crate::log::Dataset;
 use crate::model::Model;
+use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::columns::PROPELLER_RATES;
 use crate::threads::spread;
 
-const BLOCKS: NoiseBlocks = NoiseBlocks {
-    samples: THRESHOLDS.noise_block,
-    rank: THRESHOLDS.noise_rank,
-    scatter: THRESHOLDS.noise_scatter,
-    outliers: THRESHOLDS.outlier_differences,
-};
-
-/// Standard deviation of the white noise of each measured signal, by column.
+/// Standard deviation of the noise of each measured signal, by column.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Noise(BTreeMap<String, f64>);
 
 impl Noise {
-    /// The smallest of what the signal itself shows and what each model leaves of it: a model that follows a
-    /// fast signal uncovers the noise below it, and no model can make noise smaller.
+    /// What a model leaves, where all of it can be noise. Else the smallest of what the signal itself shows and what each model leaves
+    /// of it: a model that follows a fast signal uncovers the noise below it, and no model can make noise smaller.
     pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
         let segments = log.segments();
         let columns: Vec<(&str, &[f64])> =
             log.names().filter_map(|name| Some((name, log.column(name)?))).collect();
-        let of_column = |(name, values): &(&str, &[f64])| {
-            let size = noise_by_blocks(segments.iter().map(|rows| &values[rows.clone()]), &BLOCKS);
-            ((*name).to_owned(), size)
-        };
-        let mut sizes: BTreeMap<String, f64> = spread(&columns, of_column).into_iter().collect();
+        let channels = spread(&columns, |(_, values)| {
+            let channel = ChannelNoise::of(values.iter().copied());
+            (channel, channel.in_signal(values, &segments))
+        });
+        let named = columns.iter().map(|(name, _)| (*name).to_owned());
+        let channels: BTreeMap<String, (ChannelNoise, f64)> = named.zip(channels).collect();
         let shows_noise: Vec<&BlockRun> = runs.iter().flatten().filter(|run| run.shows_noise).collect();
-        let left = spread(&shows_noise, |run| {
-            let residual = run.residual(log);
-            // Short windows, or few readings in each, leave no differences, or too few to tell anything.
-            let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
-            let known =
-                run.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
-            if run.is_in_windows() && known.sum::<usize>() < BLOCKS.samples {
-                return f64::INFINITY;
-            }
-            noise_by_blocks(run.pieces.iter().map(|piece| &residual[piece.clone()]), &BLOCKS)
-        });
-        for (run, left) in shows_noise.iter().zip(left) {
-            if let Some(size) = sizes.get_mut(&run.signal) {
-                // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
-                if left < THRESHOLDS.clearly_less_noise * *size {
-                    *size = left;
-                }
-            }
-        }
-        // What no error can resolve, however quiet the sensor: data free of noise would never be explained.
-        let resolved = spread(&columns, |(name, values)| {
-            let size = sizes.get(*name).copied().unwrap_or(0.0);
-            let size = size.max(RESOLUTION * deviation(values.iter().copied()));
-            // Nor what a reading's steps take away, which does not change from sample to sample where the noise is smaller.
-            let step = quantization_step(values.iter().copied());
-            (
-                (*name).to_owned(),
-                if size < DITHERED * step { size.hypot(step / 12.0_f64.sqrt()) } else { size },
-            )
-        });
-        sizes = resolved.into_iter().collect();
-        Self(sizes)
+        let left = spread(&shows_noise, |run| left_by(run, log, &channels.get(&run.signal)?.0));
+        let of_signal = |(name, (_, alone)): (&String, &(ChannelNoise, f64))| {
+            let own = shows_noise.iter().zip(&left).filter(|(run, _)| run.signal == *name);
+            let own: Vec<SensorNoise> = own.filter_map(|(_, left)| *left).collect();
+            let least = |is_all: bool| {
+                let found = own.iter().filter(|left| left.is_all == is_all).map(|left| left.rms);
+                found.reduce(f64::min)
+            };
+            // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
+            let clearly = |left: &f64| *left < THRESHOLDS.clearly_less_noise * alone;
+            (name.clone(), least(true).or_else(|| least(false).filter(clearly)).unwrap_or(*alone))
+        };
+        Self(channels.iter().map(of_signal).collect())
     }
 
     /// Of a column; zero when it is not there.
     pub(crate) fn of(&self, column: &str) -> f64 {
         self.0.get(column).copied().unwrap_or(0.0)
+    }
+}
+
+/// The noise in what a run leaves; `None` of short windows, or of few readings in each, which leave no differences, or too few to tell
+/// anything.
+fn left_by(run: &BlockRun, log: &Dataset, channel: &ChannelNoise) -> Option<SensorNoise> {
+    let mut residual = run.residual(log);
+    if run.is_in_windows() {
+        let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
+        let known = run.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
+        if known.sum::<usize>() < THRESHOLDS.fewest_differences {
+            return None;
+        }
+        // The noisy start of a window moves all of it along a line.
+        run.pieces.iter().for_each(|piece| level(&mut residual[piece.clone()]));
+    }
+    Some(channel.in_residual((&residual, &run.modelled), &run.pieces, 0.0, 1.0))
+}
+
+/// Takes the straight line through them off the values that are there.
+fn level(values: &mut [f64]) {
+    let there: Vec<(f64, f64)> =
+        (0..).map(f64::from).zip(values.iter().copied()).filter(|(_, value)| value.is_finite()).collect();
+    let (at, known): (Vec<f64>, Vec<f64>) = there.into_iter().unzip();
+    let ((rise, _), middle, mean) = (slope(&at, &known), mean(&at), mean(&known));
+    for (row, value) in (0..).map(f64::from).zip(values.iter_mut()) {
+        *value -= mean + rise * (row - middle);
     }
 }
 

@@ -13,14 +13,8 @@ crate::thresholds! {
     floor_scatter: f64 = 0.02, "-", "6,000 normal samples: 1.5 %";
     /// the residual of a model shows the noise better than the signal itself where its estimate is below this share
     clearly_less_noise: f64 = 0.9, "-", "judgement";
-    /// samples of one noise estimate
-    noise_block: usize = 200, "count", "judgement";
-    /// rank among the estimates of the blocks that stands for the noise: a third of the record may be too fast to see it
-    noise_rank: f64 = 0.4, "-", "judgement";
-    /// blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent
-    noise_scatter: f64 = 1.15, "-", "200 normal samples: 5 %, three times";
-    /// differences beyond this many standard deviations are steps and spikes
-    outlier_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";
+    /// third differences in windows, at least, that tell the noise of what a model leaves
+    fewest_differences: usize = 200, "count", "the block of a noise estimate";
     /// the window of a slope reaches so far to both sides
     slope_reach_s: f64 = 0.08, "s", "judgement";
     /// share of an interval by which its neighbours may differ and rows are even

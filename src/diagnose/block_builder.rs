@@ -21,6 +21,7 @@ use crate::log::Cells;
 use crate::log::segments::held_throughout;
 use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
+use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
 use crate::signal::columns;
@@ -192,7 +193,10 @@ impl Driver<'_> {
         simulate(self.equations, run, None, locals, &mut trace);
         let lacks: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
-        let (lacks, carried) = smooth(&lacks);
+        let noise = ChannelNoise::of(run.measured.iter().copied());
+        let (left, whole) = ((&lacks[..], &trace.measured[..]), 0..lacks.len());
+        let noise = noise.in_residual(left, std::slice::from_ref(&whole), 0.0, 1.0);
+        let (lacks, carried) = smooth(&lacks, &noise);
         let Rates { at, mean, carried: noise } = rates;
         let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
         for (row, lack) in run.rows.clone().zip(&lacks) {

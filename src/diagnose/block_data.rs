@@ -8,8 +8,7 @@ use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::deviation;
-use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
-use crate::estimation::quantization_step::quantization_step;
+use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::{Sensor, columns};
 
 /// What is measured at a block's end.
@@ -41,7 +40,7 @@ pub struct BlockData {
     len: usize,
     measured: Option<Arc<MeasuredRows>>,
     carried: [f64; 2],
-    quantization_step: [f64; 2],
+    noise: [ChannelNoise; 2],
 }
 
 impl BlockData {
@@ -66,33 +65,69 @@ impl BlockData {
             Runs::Rotor(_) => [0.0; 2],
             Runs::Body(runs) => body_block::carried(runs),
         };
-        let quantization_step = match &runs {
+        let noise = match &runs {
             Runs::Rotor(runs) => {
-                [quantization_step(runs.iter().flat_map(|run| run.measured.iter().copied())), 0.0]
+                let rates = runs.iter().flat_map(|run| run.measured.iter().copied());
+                [ChannelNoise::of(rates), ChannelNoise::default()]
             }
             Runs::Body(runs) => [
-                quantization_step(runs.iter().flat_map(|run| run.rate.iter().copied())),
-                quantization_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
+                ChannelNoise::of(runs.iter().flat_map(|run| run.rate.iter().copied())),
+                ChannelNoise::of(runs.iter().flat_map(|run| run.angle.iter().copied())),
             ],
         };
         let measured = match &runs {
             Runs::Rotor(runs) => rotor_block::measured_rows(runs, &units),
             Runs::Body(runs) => body_block::measured_rows(runs, &units),
         };
-        Self { runs, sigma: [1.0; 2], units, len, measured, carried, quantization_step }
+        Self { runs, sigma: [1.0; 2], units, len, measured, carried, noise }
     }
 
     /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
     /// what the noise of the rotors' sensors does to a body of `inertia` [kg m²] that they drive.
     #[must_use]
     pub fn floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
+        let modelled = self.modelled(residuals);
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            let step = self.quantization_step[channel] / *floor;
-            *floor *= noise_of_reading(residuals, &self.pieces(channel), step);
-            *floor = floor.hypot(self.carried[channel] / inertia).max(RESOLUTION * self.spread(channel));
+            let (pieces, carried) = (self.pieces(channel), self.carried[channel] / inertia);
+            let left = (residuals, &modelled[..]);
+            *floor = self.noise[channel].in_residual(left, &pieces, carried, *floor).rms.hypot(carried);
         }
         floors
+    }
+
+    /// What a model says that leaves these residuals over the data's own sigma, in the channels' units; not-a-number where nothing was
+    /// measured.
+    fn modelled(&self, residuals: &[f64]) -> Vec<f64> {
+        let mut modelled = vec![f64::NAN; self.len];
+        let mut fill = |unit: Range<usize>, measured: &[f64], sigma: f64| {
+            let pairs = measured.iter().zip(&residuals[unit.clone()]);
+            modelled[unit].iter_mut().zip(pairs).for_each(|(to, (value, left))| *to = value - sigma * left);
+        };
+        match &self.runs {
+            Runs::Rotor(runs) => {
+                runs.iter().zip(&self.units).for_each(|(run, unit)| {
+                    fill(unit.clone(), &run.measured, self.sigma[0]);
+                });
+            }
+            Runs::Body(runs) => {
+                let windows = runs.iter().flat_map(|run| run.windows.iter().map(move |rows| (run, rows)));
+                for ((run, rows), unit) in windows.zip(&self.units) {
+                    let middle = unit.start + rows.len();
+                    fill(unit.start..middle, &run.rate[rows.clone()], self.sigma[0]);
+                    if run.channels() == 2 {
+                        fill(middle..unit.end, &run.angle[rows.clone()], self.sigma[1]);
+                    }
+                }
+            }
+        }
+        modelled
+    }
+
+    /// What no error of a channel can resolve, in its unit.
+    #[must_use]
+    pub fn resolution(&self, channel: usize) -> f64 {
+        self.noise[channel].resolution
     }
 
     /// Whether it is a body that measured rotors drive.

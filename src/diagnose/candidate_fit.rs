@@ -7,7 +7,6 @@ use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::consistency::{self as stretchwise, power};
-use crate::estimation::noise_floor::RESOLUTION;
 use crate::estimation::output_error::{Fit, OutputError, Residuals};
 use crate::model::{Effect, EffectParameter, Model};
 
@@ -55,7 +54,7 @@ impl CandidateFit {
     #[must_use]
     pub fn is_exact(&self, split: &DataSplit) -> bool {
         let of = |channel: usize| {
-            let least = RESOLUTION * split.validate.spread(channel);
+            let least = split.validate.resolution(channel);
             self.channel_error(split, channel, true) <= least
                 && self.channel_error(split, channel, false) <= least
         };

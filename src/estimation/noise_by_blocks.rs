@@ -21,7 +21,7 @@ pub struct NoiseBlocks {
 /// move too fast.
 #[must_use]
 pub fn noise_by_blocks<'a>(pieces: impl Iterator<Item = &'a [f64]> + Clone, config: &NoiseBlocks) -> f64 {
-    let differences = third_differences(pieces, |value| value.is_finite());
+    let differences = third_differences(pieces, |value| value.is_finite(), 1);
     let blocks = (differences.len() / config.samples).max(1);
     let blocks = differences.chunks(differences.len().div_ceil(blocks).max(1));
     let estimates = sorted(blocks.map(|block| of_block(block, config)));

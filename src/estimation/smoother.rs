@@ -4,19 +4,19 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smoothed};
-use super::noise_floor::white_noise;
+use super::noise_floor::SensorNoise;
 use super::thresholds::THRESHOLDS;
 
 /// The level under noisy values: a random walk, its step chosen by likelihood. Not-a-number = missing. With it an example of
-/// the noise that the level still carries: white noise of the same size, smoothed in the same way.
+/// the noise that the level still carries: `noise` of the same size and memory, smoothed in the same way.
 #[must_use]
-pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+pub fn smooth(values: &[f64], noise: &SensorNoise) -> (Vec<f64>, Vec<f64>) {
     let walk = walk(values);
     if walk == 0.0 {
         // The mean of many values carries next to none.
         return (vec![constant(values); values.len()], vec![0.0; values.len()]);
     }
-    let mut noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
+    let mut noise = example(values.len(), noise);
     copy_missing(&mut noise, values);
     (level(values, walk), level(&noise, walk))
 }
@@ -25,6 +25,16 @@ pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
 pub fn copy_missing(example: &mut [f64], values: &[f64]) {
     let missing = example.iter_mut().zip(values).filter(|(_, value)| !value.is_finite());
     missing.for_each(|(example, _)| *example = f64::NAN);
+}
+
+/// An example of a noise, the same each time.
+fn example(count: usize, noise: &SensorNoise) -> Vec<f64> {
+    let mut values = white(count, noise.rms);
+    let new = (1.0 - noise.memory * noise.memory).sqrt();
+    for row in 1..count {
+        values[row] = noise.memory * values[row - 1] + new * values[row];
+    }
+    values
 }
 
 /// White noise of a size, the same each time.
@@ -94,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_constant_under_noise_is_smoothed_to_a_constant() {
-        let (level, _) = smooth(&white(2000, 1.0));
+        let (level, _) = smooth(&white(2000, 1.0), &SensorNoise::white(1.0));
         // The mean of 2000 values of noise 1 lies within four times 0.022.
         assert!(level.iter().all(|level| level.abs() < 0.1));
     }
@@ -103,7 +113,7 @@ mod tests {
     fn a_wave_under_noise_stays() {
         let mut values = white(2000, 0.1);
         values.iter_mut().enumerate().for_each(|(row, value)| *value += (row as f64 * 0.02).sin());
-        let (level, _) = smooth(&values);
+        let (level, _) = smooth(&values, &SensorNoise::white(0.1));
         let wrong = level
             .iter()
             .enumerate()

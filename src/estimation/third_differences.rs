@@ -5,19 +5,27 @@ use super::thresholds::THRESHOLDS;
 /// Sum of squares of the third difference's weights 1, -3, 3, -1: its variance over that of white noise.
 pub(crate) const THIRD_DIFFERENCE: f64 = 20.0;
 
-/// Sizes of the third differences within each piece, of values that are there.
+/// Sizes of the third differences of samples `stride` apart within each piece, of values that are there. Of a long record samples far
+/// apart are looked at in one place out of several.
 pub(crate) fn third_differences<'a>(
     pieces: impl Iterator<Item = &'a [f64]> + Clone,
     is_there: impl Fn(&f64) -> bool,
+    stride: usize,
 ) -> Vec<f64> {
-    let difference = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
-    let fours = pieces.clone().flat_map(|piece| piece.windows(4));
+    let length: usize = pieces.clone().map(<[f64]>::len).sum();
+    let share = if stride > 1 { length / THRESHOLDS.enough_differences + 1 } else { 1 };
+    let four = |from: &[f64]| [from[0], from[stride], from[2 * stride], from[3 * stride]];
+    let difference = |[a, b, c, d]: [f64; 4]| (d - 3.0 * c + 3.0 * b - a).abs();
+    let fours = pieces.clone().flat_map(|piece| piece.windows(3 * stride + 1).step_by(share).map(four));
     let mut differences: Vec<f64> = fours.filter(|four| four.iter().all(&is_there)).map(difference).collect();
     let there = || pieces.clone().map(|piece| piece.iter().copied().filter(&is_there));
     // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
-    if THRESHOLDS.in_a_row * differences.len() < there().map(Iterator::count).sum() {
+    if THRESHOLDS.in_a_row * share * differences.len() < there().map(Iterator::count).sum() {
         let own = there().map(|values| values.collect::<Vec<f64>>());
-        differences = own.flat_map(|own| own.windows(4).map(difference).collect::<Vec<f64>>()).collect();
+        let of = |own: Vec<f64>| {
+            own.windows(3 * stride + 1).step_by(share).map(four).map(difference).collect::<Vec<f64>>()
+        };
+        differences = own.flat_map(of).collect();
     }
     differences
 }

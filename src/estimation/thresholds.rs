@@ -61,9 +61,20 @@ crate::thresholds! {
     bins: usize = 16, "count", "judgement";
     /// [-] standard deviations of noise, in steps of the reading, from which it is seen for what it is.
     dithered: f64 = 0.5, "-", "made readings of the room's tests";
-    /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
-    /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
-    resolution: f64 = 1e-3, "-", "judgement";
+    /// [rows] strides over which third differences show the memory of noise.
+    noise_strides: [i32; 7] = [1, 2, 3, 4, 6, 8, 12], "rows", "up to what noise with the longest memory has forgotten for the most part";
+    /// [rows] longest memory of a sensor's noise: what resembles itself for longer may as well be what the model misses.
+    longest_noise_memory: f64 = 8.0, "rows", "judgement: a filter at a fiftieth of the sampling rate";
+    /// [-] rms of the logarithms by which the noise seen over several strides may part from that of one memory.
+    memory_misfit: f64 = 0.08, "-", "made noise of 3,000 readings and a memory of up to six rows: 0.06 in the worst of 60";
+    /// [-] what is left, over the noise seen in it and what other sensors carry into it, up to which all of it can be noise.
+    all_noise: f64 = 1.1, "-", "`at_floor` of diagnose";
+    /// Standard deviations of white noise beyond which a third difference does not tell of the memory of noise.
+    outlying_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";
+    /// count: shifted channels none of which may have as much to do with what is left where that is coloured noise.
+    noise_surrogates: usize = 99, "count", "p-value of 1 %";
+    /// count: third differences of samples some rows apart that suffice.
+    enough_differences: usize = 50_000, "count", "judgement: their scatter is below 1 %";
     /// count: one value in so many must stand with three others in a row, else only the rows with a value are counted.
     in_a_row: usize = 4, "count", "made readings of the room's tests";
     /// [-] share of the range below which two readings are one.

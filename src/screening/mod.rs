@@ -10,6 +10,7 @@ mod battery;
 pub(crate) mod battery_plateaus;
 mod body;
 pub mod channel;
+pub mod channel_noise;
 pub mod checks;
 mod column;
 pub mod duplicate_logs;

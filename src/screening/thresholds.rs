@@ -340,4 +340,15 @@ crate::thresholds! {
     pass_ended: f64 = 1e-3, "-", "judgement";
     /// share of what is seen of a transient behind which it has settled
     transient_late: f64 = 0.5, "-", "judgement";
+    /// samples of one noise estimate
+    noise_block: usize = 200, "count", "judgement";
+    /// rank among the estimates of the blocks that stands for the noise: a third of the record may be too fast to see it
+    noise_rank: f64 = 0.4, "-", "judgement";
+    /// blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent
+    noise_scatter: f64 = 1.15, "-", "200 normal samples: 5 %, three times";
+    /// differences beyond this many standard deviations are steps and spikes
+    outlier_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";
+    /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
+    /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
+    resolution: f64 = 1e-3, "-", "judgement";
 }

@@ -7,12 +7,11 @@
 use std::ops::Range;
 
 use crate::estimation::moments::mean_of;
-use crate::estimation::noise_floor::noise_of_reading;
-use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::body::Body;
 use crate::screening::channel::rates_of_both;
+use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND};
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
@@ -52,7 +51,7 @@ fn over_noise(log: &Dataset, values: &[f64], segments: &[Range<usize>]) -> f64 {
         count += known().count() as f64;
     }
     let moves = f64::sqrt(squares / f64::max(count, 1.0));
-    let noise = noise_of_reading(values, segments, quantization_step(values.iter().copied()));
+    let noise = ChannelNoise::of(values.iter().copied()).in_signal(values, segments);
     if moves > 0.0 { moves / noise } else { 0.0 }
 }
 
