@@ -108,7 +108,8 @@ pub fn noise_left(left: &Left) -> SensorNoise {
     }
     let memory = memory(left, &next);
     let rms = memory.map_or(0.0, |memory| pooled(&next) / visible(memory, 1).sqrt());
-    let measured: Vec<f64> = left.residual.iter().copied().filter(is_there).collect();
+    let own = left.pieces.iter().flat_map(|piece| &left.residual[piece.clone()]);
+    let measured: Vec<f64> = own.copied().filter(is_there).collect();
     let all = mean_square(&measured).sqrt();
     let is_all = all <= THRESHOLDS.all_noise * rms.hypot(left.carried);
     match memory {
@@ -324,6 +325,9 @@ mod tests {
         // Third differences know it to 2 %, the bursts' share of it to 3 %.
         assert!(found.is_all && (found.rms / rms(&values) - 1.0).abs() < 0.06, "{found:?}");
         assert!(white_noise(&values, WHOLE) < 0.8 * found.rms);
+        // What stands beside its pieces is of another channel.
+        let beside = [values, vec![100.0; COUNT]].concat();
+        assert_eq!(left(&beside, &[driven(), driven()].concat()), found);
     }
 
     /// A path of chance that is slower than noise, a wave, and short dips are no noise of a sensor, however strong.
