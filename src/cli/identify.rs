@@ -8,6 +8,7 @@ use super::usage_error::UsageError;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::{Identification, IdentifySettings};
+use crate::model::Model;
 use crate::report::{json, rotors};
 use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
@@ -109,8 +110,14 @@ fn save(found: &Identification, path: &Path, arguments: &Arguments) -> Result<()
     let own: Vec<PathBuf> = found.rotors.iter().map(|of| of_rotor(path, of.rotor)).collect();
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
     writable(own.iter().chain(&arguments.report), read_from, arguments.force)?;
-    session::save_model(&found.model, path)?;
-    found.rotors.iter().zip(&own).try_for_each(|(of, own)| session::save_model(&of.model, own))?;
+    // Several of them are held beside each other by their names.
+    let save = |model: &Model, path: &Path| {
+        let mut named = model.clone();
+        session::name_after(&mut named, path);
+        session::save_model(&named, path)
+    };
+    save(&found.model, path)?;
+    found.rotors.iter().zip(&own).try_for_each(|(of, own)| save(&of.model, own))?;
     Ok(())
 }
 
