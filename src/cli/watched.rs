@@ -39,6 +39,6 @@ pub(super) fn searching<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
             let mut leading = leading.lock().unwrap_or_else(PoisonError::into_inner);
             *leading = format!(", leading: {}", effects.join(" + "));
         }
-        Progress::Step { .. } => {}
+        Progress::Tried { .. } | Progress::Step { .. } => {}
     }))
 }

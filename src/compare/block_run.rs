@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::run::Run;
+use super::trace::{Measured, SampleRows, Trace};
 use crate::log::Dataset;
 
 /// A block that was run, before it is scored.
@@ -18,7 +19,9 @@ pub(crate) struct BlockRun {
     /// Rows of the log, those of pieces that follow each other as one.
     pub rows: Vec<Range<usize>>,
     /// What is scored where it is not the log's own column; not-a-number elsewhere.
-    pub scored: Option<Vec<f64>>,
+    pub own: Option<Vec<f64>>,
+    /// Which samples of the log's own column are scored; `None` = all.
+    pub in_part: Option<Vec<bool>>,
     pub modelled: Vec<f64>,
     /// Parts without a hole: samples of the block, in order.
     pub pieces: Vec<Range<usize>>,
@@ -60,7 +63,8 @@ impl BlockRun {
             },
             shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
-            scored: None,
+            own: None,
+            in_part: None,
             modelled: Vec::new(),
             pieces: Vec::new(),
             one_step: None,
@@ -79,9 +83,15 @@ impl BlockRun {
         self.pieces.push(from..self.modelled.len());
     }
 
-    /// The same where what is scored is not the log's own column, or only a part of it.
+    /// The same where a part of the log's own column is scored: where `scored` is a number.
     pub(crate) fn add_scored(&mut self, rows: Range<usize>, scored: &[f64], modelled: &[f64]) {
-        self.scored.get_or_insert_default().extend_from_slice(scored);
+        self.in_part.get_or_insert_default().extend(scored.iter().map(|value| value.is_finite()));
+        self.add(rows, modelled);
+    }
+
+    /// The same where what is scored is not the log's own column.
+    pub(crate) fn add_own(&mut self, rows: Range<usize>, scored: &[f64], modelled: &[f64]) {
+        self.own.get_or_insert_default().extend_from_slice(scored);
         self.add(rows, modelled);
     }
 
@@ -92,21 +102,14 @@ impl BlockRun {
 
     /// What is scored, sample by sample; not-a-number elsewhere.
     pub(crate) fn scored<'a>(&'a self, log: &'a Dataset) -> impl Iterator<Item = f64> + 'a {
-        let own = self.rows.iter().filter(|_| self.scored.is_none());
-        self.scored.iter().flatten().copied().chain(own.flat_map(|rows| self.column(log, rows)))
-    }
-
-    /// What was measured, scored or not.
-    pub(crate) fn shown<'a>(&'a self, log: &'a Dataset) -> impl Iterator<Item = f64> + 'a {
-        let is_smoothed = matches!(self.floor, NoisePath::Slope(_));
-        let smoothed = self.scored.iter().filter(move |_| is_smoothed).flatten().copied();
-        let own = self.rows.iter().filter(move |_| !is_smoothed);
-        smoothed.chain(own.flat_map(|rows| self.column(log, rows)))
-    }
-
-    fn column<'a>(&self, log: &'a Dataset, rows: &Range<usize>) -> impl Iterator<Item = f64> + use<'a> {
         let column = log.column(&self.signal).unwrap_or_default();
-        column.get(rows.clone()).unwrap_or_default().iter().copied()
+        let rows = self.rows.iter().filter(|_| self.own.is_none());
+        let all = rows.flat_map(|rows| column.get(rows.clone()).unwrap_or_default());
+        let in_part = self.in_part.as_deref();
+        let is_scored = move |sample: usize| in_part.is_none_or(|in_part| in_part[sample]);
+        let all = all.enumerate();
+        let in_part = all.map(move |(sample, value)| if is_scored(sample) { *value } else { f64::NAN });
+        self.own.iter().flatten().copied().chain(in_part)
     }
 
     /// Whether there is any sample to score.
@@ -116,11 +119,20 @@ impl BlockRun {
 
     /// Measured minus modelled, where it is scored.
     pub(crate) fn residual(&self, log: &Dataset) -> Vec<f64> {
-        self.scored(log).zip(&self.modelled).map(|(y, m)| y - m).collect()
+        let mut residual = Vec::with_capacity(self.modelled.len());
+        residual.extend(self.scored(log).zip(&self.modelled).map(|(y, m)| y - m));
+        residual
     }
 
-    /// Row of the log of each sample.
-    pub(crate) fn each_row(&self) -> impl Iterator<Item = usize> + '_ {
-        self.rows.iter().flat_map(Clone::clone)
+    /// The signals, with what the log has itself shared with it.
+    pub(crate) fn into_trace(self, log: &Dataset) -> Trace {
+        let column = || log.cells(&self.signal).unwrap_or_default();
+        Trace {
+            rows: SampleRows::of(self.rows),
+            time: log.time_cells(),
+            measured: self.own.map_or_else(|| Measured::Column(column()), |own| Measured::Own(own.into())),
+            modelled: self.modelled.into(),
+            in_part: self.in_part,
+        }
     }
 }

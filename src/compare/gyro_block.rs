@@ -31,7 +31,7 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
         let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;
-        block.add_scored(rows, &measured[kept.clone()], &modelled[kept]);
+        block.add_own(rows, &measured[kept.clone()], &modelled[kept]);
     }
     (!block.rows.is_empty()).then_some(block)
 }

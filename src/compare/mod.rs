@@ -27,6 +27,7 @@ mod run;
 mod score;
 mod spectrum;
 pub mod thresholds;
+mod trace;
 mod unknown_torque;
 
 use block_run::BlockRun;
@@ -51,8 +52,9 @@ pub use dependence::{Correlation, Dependence, Direction, Regressor};
 pub use error::CompareError;
 pub use regimes::{Failure, Group};
 pub use run::Run;
-pub use score::{Block, ErrorStatistics, Trace};
+pub use score::{Block, ErrorStatistics};
 pub use spectrum::Spectrum;
+pub use trace::{SampleRows, Trace};
 pub use unknown_torque::UnknownTorque;
 
 /// One model on one log.
@@ -91,10 +93,10 @@ impl Comparison {
     /// [`DatasetError`] when the log has columns of these names already.
     pub fn signals(&self, log: &Dataset) -> Result<Dataset, DatasetError> {
         let mut out = log.clone();
-        let spread = |rows: &[usize], values: &[f64]| {
+        let spread = |rows: &SampleRows, values: &[f64]| {
             let mut column = vec![f64::NAN; log.len()];
             for (row, value) in rows.iter().zip(values) {
-                if let Some(cell) = column.get_mut(*row) {
+                if let Some(cell) = column.get_mut(row) {
                     *cell = *value;
                 }
             }
@@ -102,7 +104,7 @@ impl Comparison {
         };
         for block in &self.blocks {
             let name = format!("modelled_{}_{}", block.name, block.signal);
-            out.insert(name, spread(&block.trace.rows, &block.trace.modelled))?;
+            out.insert(name, spread(block.trace.rows(), block.trace.modelled()))?;
         }
         if let Some(torque) = &self.unknown_torque {
             out.insert("unknown_torque_nm", spread(&torque.rows, &torque.torque))?;
@@ -197,7 +199,8 @@ fn scored(
         || -> Vec<Block> { runs.into_iter().map(|run| run.score(model, log, noise, config)).collect() };
     let (mut blocks, unknown_torque) = both(score, || unknown_torque::estimate(model, screened, noise));
     let mut unknown_torque = unknown_torque?;
-    let of_torque = unknown_torque.as_ref().map(|torque| Related::of(&torque.parts, (&torque.torque).into()));
+    let of_torque =
+        unknown_torque.as_ref().map(|torque| Related::of(&torque.parts, torque.torque[..].into()));
     let mut errors: Vec<&Related> = related.iter().collect();
     if let Some(of_torque) = &of_torque {
         // What the body lacks is a torque; its dependences are clearer than those of an integrated error.
@@ -208,7 +211,7 @@ fn scored(
     let relations = relations(log, &errors, log.median_interval());
     if let (Some(torque), Some(of_torque)) = (&mut unknown_torque, relations.get(blocks.len())) {
         torque.dependences = of_torque.dependences.clone();
-        torque.keep(log, config);
+        torque.keep(config);
     }
     for (block, relations) in blocks.iter_mut().zip(relations) {
         block.failure.dependences = relations.dependences;

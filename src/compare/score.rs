@@ -8,6 +8,7 @@ use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
 use super::run::Run;
 use super::thresholds::THRESHOLDS;
+use super::trace::Trace;
 use super::{CompareConfig, gyro_block};
 use crate::log::Dataset;
 use crate::model::Model;
@@ -56,32 +57,6 @@ impl ErrorStatistics {
     }
 }
 
-/// Measured and modelled signal, sample by sample; empty where [`CompareConfig::signals`] says so.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Trace {
-    /// Row of the log of each sample.
-    pub rows: Vec<usize>,
-    /// [s]
-    pub time: Vec<f64>,
-    /// In the signal's unit; not-a-number = not measured.
-    pub measured: Vec<f64>,
-    /// In the signal's unit.
-    pub modelled: Vec<f64>,
-    /// Whether the sample is scored: it is measured, and the block is asked for it.
-    pub is_scored: Vec<bool>,
-}
-
-impl Trace {
-    /// Measured minus modelled, in the signal's unit; not-a-number where it is not scored.
-    #[must_use]
-    pub fn residual(&self) -> Vec<f64> {
-        let scored = |at: usize| {
-            if self.is_scored[at] { self.measured[at] - self.modelled[at] } else { f64::NAN }
-        };
-        (0..self.rows.len()).map(scored).collect()
-    }
-}
-
 /// A block that was run and scored.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
@@ -118,27 +93,17 @@ impl BlockRun {
         let time = at_rows(log.time(), &self.rows);
         let interval = log.median_interval();
         let failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
-        let trace = if config.signals {
-            Trace {
-                rows: self.each_row().collect(),
-                time: time.into_owned(),
-                measured: self.shown(log).collect(),
-                modelled: self.modelled.clone(),
-                is_scored: self.scored(log).map(f64::is_finite).collect(),
-            }
-        } else {
-            Trace::default()
-        };
+        drop(time);
         Block {
-            name: self.name,
-            signal: self.signal,
+            name: self.name.clone(),
+            signal: self.signal.clone(),
             unit: self.unit,
-            driven_by: self.driven_by,
+            driven_by: self.driven_by.clone(),
             run: self.run,
             samples: residual.iter().filter(|value| value.is_finite()).count(),
             error,
             failure,
-            trace,
+            trace: if config.signals { self.into_trace(log) } else { Trace::default() },
         }
     }
 

@@ -11,14 +11,15 @@ use nalgebra::{Matrix4, RowVector4, Vector4};
 use serde::Serialize;
 
 use super::blocks::{body_inputs, true_rate};
-use super::dependence::{Dependence, at_rows};
+use super::dependence::Dependence;
 use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
+use super::trace::SampleRows;
 use super::{CompareConfig, CompareError};
 use crate::effect::Site;
 use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
-use crate::log::Dataset;
+use crate::log::Cells;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
 use crate::screening::ScreenedLog;
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
@@ -38,31 +39,27 @@ pub struct UnknownTorque {
     pub known_rms: f64,
     /// What it depends on, the strongest first.
     pub dependences: Vec<Dependence>,
-    /// Row of the log of each sample; empty, as all that follows, where [`CompareConfig::signals`] says so.
+    /// Rows of the log that have a sample; none, as all that follows, where [`CompareConfig::signals`] says so.
     #[serde(skip)]
-    pub rows: Vec<usize>,
-    /// [s]
-    #[serde(skip)]
-    pub time: Vec<f64>,
+    pub rows: SampleRows,
     /// [N m]
     #[serde(skip)]
-    pub torque: Vec<f64>,
+    pub torque: Cells,
     /// [N m]
     #[serde(skip)]
-    pub standard_error: Vec<f64>,
+    pub standard_error: Cells,
     /// Rows of the log, stretch by stretch.
     #[serde(skip)]
     pub(crate) parts: Vec<Range<usize>>,
 }
 
 impl UnknownTorque {
-    /// Lays the signals out, or forgets them.
-    pub(crate) fn keep(&mut self, log: &Dataset, config: &CompareConfig) {
+    /// Keeps the signals, or forgets them.
+    pub(crate) fn keep(&mut self, config: &CompareConfig) {
         if config.signals {
-            self.rows = self.parts.iter().flat_map(Clone::clone).collect();
-            self.time = at_rows(log.time(), &self.parts).into_owned();
+            self.rows = SampleRows::of(self.parts.clone());
         } else {
-            (self.torque, self.standard_error) = (Vec::new(), Vec::new());
+            (self.torque, self.standard_error) = (Cells::default(), Cells::default());
         }
     }
 }
@@ -124,25 +121,12 @@ pub(crate) fn estimate(
 
 /// The torque over parts of a log; `None` where they have no sample.
 fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, walk: f64) -> Option<UnknownTorque> {
-    let mut found = UnknownTorque {
-        rms: 0.0,
-        mean: 0.0,
-        uncertainty: 0.0,
-        known_rms: 0.0,
-        dependences: Vec::new(),
-        rows: Vec::new(),
-        time: Vec::new(),
-        torque: Vec::new(),
-        standard_error: Vec::new(),
-        parts: parts.iter().map(|part| part.rows.clone()).collect(),
-    };
     let samples = parts.iter().map(|part| part.time.len()).sum();
-    found.torque = vec![f64::NAN; samples];
-    found.standard_error = vec![f64::NAN; samples];
+    let (mut torques, mut errors) = (vec![f64::NAN; samples], vec![f64::NAN; samples]);
     let mut first = 0;
     for part in parts {
         smooth(&RandomWalkTorque { part, spread, walk }, TORQUE, |sample, torque, error| {
-            (found.torque[first + sample], found.standard_error[first + sample]) = (torque, error);
+            (torques[first + sample], errors[first + sample]) = (torque, error);
         });
         first += part.time.len();
     }
@@ -150,10 +134,17 @@ fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, walk: f64) -> Opti
         let steps = part.time.windows(2).zip(&part.gained);
         steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0]))
     });
-    found.rms = rms_of_finite(found.torque.iter().copied());
-    found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
-    found.uncertainty = rms_of_finite(found.standard_error.iter().copied());
-    found.known_rms = rms_of_finite(known);
+    let found = UnknownTorque {
+        rms: rms_of_finite(torques.iter().copied()),
+        mean: torques.iter().sum::<f64>() / torques.len().max(1) as f64,
+        uncertainty: rms_of_finite(errors.iter().copied()),
+        known_rms: rms_of_finite(known),
+        dependences: Vec::new(),
+        rows: SampleRows::default(),
+        torque: torques.into(),
+        standard_error: errors.into(),
+        parts: parts.iter().map(|part| part.rows.clone()).collect(),
+    };
     (!found.torque.is_empty()).then_some(found)
 }
 

@@ -17,8 +17,14 @@ pub fn run_all(
     spread(candidates, |candidate| {
         let fitted = candidate.run(split);
         progress(Event::Fitted);
-        fitted
+        told(fitted, split, progress)
     })
+}
+
+/// A candidate that was fitted to the end, `progress` having heard what it leaves.
+fn told(fitted: CandidateFit, split: &DataSplit, progress: &(dyn Fn(Event) + Sync)) -> CandidateFit {
+    progress(Event::Tried { effects: &fitted.effects, over_noise: fitted.validate(split).sqrt() });
+    fitted
 }
 
 /// Runs effects one by one. A body's are fitted on a part of the data first, where there are many, and those that leave
@@ -38,7 +44,8 @@ pub fn run_singles(
     let best = fitted_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
     spread_out(candidates.iter().zip(fitted_briefly).collect(), |(candidate, starting_points)| {
         let is_near = starting_points.cost() <= THRESHOLDS.hopeless_single * best;
-        candidate.finish(if is_near { starting_points.with_full_fit() } else { starting_points }, split)
+        let starting_points = if is_near { starting_points.with_full_fit() } else { starting_points };
+        told(candidate.finish(starting_points, split), split, progress)
     })
 }
 
@@ -74,5 +81,7 @@ pub fn run_promising(
     });
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
-    spread_out(promising, |(candidate, starting_points)| candidate.finish(starting_points, split))
+    spread_out(promising, |(candidate, starting_points)| {
+        told(candidate.finish(starting_points, split), split, progress)
+    })
 }

@@ -108,9 +108,9 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     let group = format!("{} {}", key.0, log.source_name());
     let axis = |name: &str| Axis::new(name, first.unit);
     let seconds = || Axis::new("time", "s");
-    let mut signals = Plot::new("Measured and modelled", seconds(), axis(key.1))
-        .group(&group)
-        .series(whole_line("measured", &first.trace.time, &first.trace.measured, gap).tone(Tone::Measured));
+    let mut signals = Plot::new("Measured and modelled", seconds(), axis(key.1)).group(&group).series(
+        whole_line("measured", &first.trace.time(), &first.trace.measured(), gap).tone(Tone::Measured),
+    );
     let mut residuals =
         Plot::new("Measured minus modelled", seconds(), axis("error")).group(&group).height(180);
     let mut rms = Plot::new("Error over time (rms)", seconds(), axis("error")).group(&group).height(140);
@@ -118,8 +118,9 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
         let trace = &block.trace;
         let residual = trace.residual();
         let single = blocks.len() == 1;
-        let line = |name: &str, values: &[f64]| whole_line(name, &trace.time, values, gap);
-        let modelled = line(&comparison.model, &trace.modelled);
+        let time = trace.time();
+        let line = |name: &str, values: &[f64]| whole_line(name, &time, values, gap);
+        let modelled = line(&comparison.model, trace.modelled());
         let error = line(&comparison.model, &residual);
         signals = signals.series(if single { modelled.tone(Tone::Model) } else { modelled });
         residuals = residuals.series(if single { error.tone(Tone::Residual) } else { error });
@@ -239,6 +240,7 @@ fn torque_section(page: &mut Page, comparisons: &[Comparison], log: &Dataset) {
         let edge = |side: f64| -> Vec<f64> {
             torque.torque.iter().zip(&torque.standard_error).map(|(t, e)| t + side * e).collect()
         };
+        let time = torque.rows.values(log.time());
         page.plot(
             Plot::new(
                 format!("Torque that `{}` does not know", comparison.model),
@@ -246,11 +248,9 @@ fn torque_section(page: &mut Page, comparisons: &[Comparison], log: &Dataset) {
                 Axis::new("torque", "N m"),
             )
             .group(format!("body {}", log.source_name()))
-            .series(Series::band("standard error", &torque.time, &edge(-1.0), &edge(1.0)))
+            .series(Series::band("standard error", &time, &edge(-1.0), &edge(1.0)))
             .series(
-                Series::line("unknown torque", &torque.time, &torque.torque)
-                    .tone(Tone::Residual)
-                    .break_over(gap),
+                Series::line("unknown torque", &time, &torque.torque).tone(Tone::Residual).break_over(gap),
             ),
         );
     }

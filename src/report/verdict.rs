@@ -12,7 +12,8 @@ const OF_OTHER_BENCH: [&str; 2] = ["model_of_other_bench", "battery_of_other_ben
 pub(super) const ONE_DIRECTION: &str = "one_direction_only";
 
 /// Whether the model is another bench's, so that what is missing in it is no effect.
-pub(super) fn is_of_other_bench(diagnosis: &Diagnosis) -> bool {
+#[must_use]
+pub fn is_of_other_bench(diagnosis: &Diagnosis) -> bool {
     let of_other = |finding: &Finding| OF_OTHER_BENCH.contains(&finding.code);
     diagnosis.verdict != Verdict::Adequate && diagnosis.findings.iter().any(of_other)
 }

@@ -39,6 +39,7 @@ pub(super) fn search(
         Event::Fitted => {
             job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
         }
+        Event::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
         Event::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     job.run(|| diagnose::diagnose(model, train, validate, config, &hear))

@@ -27,6 +27,7 @@ pub fn discover(
         Event::Fitted => {
             job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
         }
+        Event::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
         Event::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     let mut found = job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &hear))?;

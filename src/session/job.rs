@@ -20,6 +20,13 @@ pub enum Progress<'a> {
         /// How many were.
         fitted: usize,
     },
+    /// These effects were fitted to the end.
+    Tried {
+        /// Ids.
+        effects: &'a [String],
+        /// [-] rms of the held-out residual over the noise's.
+        over_noise: f64,
+    },
     /// A set of effects is in the lead.
     Leading {
         /// Ids.

@@ -77,6 +77,8 @@ pub(super) enum Act {
         /// Its number.
         model: u64,
     },
+    /// Makes a model of the bench from the logs that are fitted on.
+    Identify,
     /// Searches for what the chosen model is missing.
     Diagnose,
     /// Searches for the law itself, where no effect of the catalogue explains it.
@@ -99,6 +101,11 @@ pub(super) enum Act {
     Recalibrate,
     /// Undoes the last step of the chosen model's ladder.
     StepBack,
+    /// Chooses the model as it was after so many steps of its ladder.
+    Rung {
+        /// How many of the steps stay.
+        steps: usize,
+    },
     /// Ends the search that is running.
     Cancel,
     /// Takes the notices away.

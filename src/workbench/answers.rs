@@ -18,6 +18,7 @@ pub(super) fn of_diagnosis(it: &Diagnosis, next: Vec<String>) -> Value {
     json!({
         "verdict": it.verdict,
         "sentence": verdict::sentence(it, ""),
+        "is_of_other_bench": verdict::is_of_other_bench(it),
         "effects": it.effects,
         "alternatives": it.alternatives,
         "error": it.error,

@@ -25,8 +25,27 @@ pub(super) struct Bands {
 struct Found {
     channel: String,
     code: &'static str,
-    /// Rows, from 0, ascending.
-    rows: Vec<usize>,
+    spans: Spans,
+}
+
+/// Stretches of time [s], ascending; rows that follow each other are one.
+#[derive(Debug, Default)]
+struct Spans(Vec<(f64, f64)>);
+
+impl Spans {
+    /// Adds a row at this time, half an `interval` to both sides.
+    fn take(&mut self, at: f64, interval: f64) {
+        let (from, to) = (at - 0.5 * interval, at + 0.5 * interval);
+        match self.0.last_mut() {
+            Some(last) if from <= last.1 + 0.5 * interval => last.1 = to,
+            _ => self.0.push((from, to)),
+        }
+    }
+
+    fn between(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let first = self.0.partition_point(|span| span.1 < from);
+        self.0[first..].iter().copied().take_while(move |span| span.0 <= to)
+    }
 }
 
 /// One band.
@@ -43,41 +62,46 @@ pub(super) struct Band {
 impl Bands {
     /// Those of a screened log.
     pub fn of(screened: &ScreenedLog) -> Self {
+        let log = screened.raw();
+        let (time, interval) = (log.time(), log.median_interval());
         let mut found = Vec::new();
         for channel in screened.channels() {
             for judged in &channel.judgements {
                 let mut rows: Vec<usize> = judged.rows.iter().chain(&judged.biased).copied().collect();
                 rows.sort_unstable();
-                rows.dedup();
-                found.push(Found { channel: channel.name.clone(), code: judged.finding.code, rows });
+                let mut spans = Spans::default();
+                rows.iter().filter_map(|row| time.get(*row)).for_each(|at| spans.take(*at, interval));
+                found.push(Found { channel: channel.name.clone(), code: judged.finding.code, spans });
             }
         }
-        let log = screened.raw();
         for rotor in screened.rotors() {
             let channel = columns::propeller_rate(rotor.number());
             // The channel's own are there already.
             let is_new =
                 |code: &&str| !found.iter().any(|it: &Found| it.channel == channel && it.code == *code);
-            let rows = (0..log.len()).filter_map(|row| Some((rotor.reason(row).filter(is_new)?, row)));
-            let mut reasons: BTreeMap<&'static str, Vec<usize>> = BTreeMap::new();
-            rows.for_each(|(code, row)| reasons.entry(code).or_default().push(row));
-            let all = reasons.into_iter().map(|(code, rows)| Found { channel: channel.clone(), code, rows });
+            let mut reasons: BTreeMap<&'static str, Spans> = BTreeMap::new();
+            for (row, at) in time.iter().enumerate() {
+                if let Some(code) = rotor.reason(row).filter(is_new) {
+                    reasons.entry(code).or_default().take(*at, interval);
+                }
+            }
+            let all =
+                reasons.into_iter().map(|(code, spans)| Found { channel: channel.clone(), code, spans });
             found.extend(all.collect::<Vec<_>>());
         }
-        Self { found, holes: log.holes(), interval: log.median_interval() }
+        Self { found, holes: log.holes(), interval }
     }
 
     /// The bands of these channels among `rows` of the log, and its holes; what is closer than `pixel` [s] is one.
     pub fn within(&self, log: &Dataset, rows: &Range<usize>, channels: &[&str], pixel: f64) -> Vec<Band> {
-        let time = log.time();
-        let half = 0.5 * self.interval;
         let mut bands = Vec::new();
+        let Some((first, last)) =
+            log.time().get(rows.clone()).and_then(|time| Some((time.first()?, time.last()?)))
+        else {
+            return bands;
+        };
         for found in self.found.iter().filter(|found| channels.contains(&found.channel.as_str())) {
-            let first = found.rows.partition_point(|row| *row < rows.start);
-            let last = found.rows.partition_point(|row| *row < rows.end);
-            let each = found.rows[first..last].iter().filter_map(|row| time.get(*row));
-            let spans = each.map(|at| (at - half, at + half));
-            push(&mut bands, found.code, spans, pixel);
+            push(&mut bands, found.code, found.spans.between(*first, *last), pixel);
         }
         let seen = |at: usize| (rows.start..rows.end).contains(&at);
         let holes = self.holes.iter().filter(|hole| seen(hole.after) || seen(hole.after + 1));

@@ -30,6 +30,14 @@ pub(super) fn write_mapping(log: &str, output: &str, mended: &[String]) -> Strin
     command(&words)
 }
 
+/// A model of the bench.
+pub(super) fn identify(desk: &Desk, output: &str) -> String {
+    let mut words = vec!["identify".to_owned()];
+    words.extend(logs(desk));
+    words.extend(["-o", output].map(str::to_owned));
+    command(&words)
+}
+
 /// The search for what `model` lacks, by `diagnose` or `discover`.
 pub(super) fn search(desk: &Desk, command: &str, model: &str) -> String {
     let mut words = [command, "--model", model].map(str::to_owned).to_vec();

@@ -4,11 +4,14 @@
 //! All curves of one answer share one axis of slots in time. A slot without a sample of a curve is absent, and the curve goes
 //! through; where it has none for longer than its sampling explains, there is a gap.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use serde::Serialize;
 
+use super::chunks::{Chunks, Seen, parted};
 use super::thresholds::THRESHOLDS;
+use crate::compare::SampleRows;
 use crate::estimation::quantile::median_step;
 
 /// Usual intervals over which a curve breaks: as the reports draw it.
@@ -16,10 +19,63 @@ const GAP: f64 = crate::report::thresholds::THRESHOLDS.drawn_gap;
 
 /// A curve over the rows of a log.
 pub(super) struct Line<'a> {
-    /// The row of each sample, ascending; `None`: every row has one.
-    pub rows: Option<&'a [usize]>,
-    /// Value of a sample by its number; not-a-number = none.
-    pub value: Box<dyn Fn(usize) -> f64 + 'a>,
+    /// The rows that have a sample; `None`: every row has one.
+    pub rows: Option<&'a SampleRows>,
+    /// Value of a sample by its number and its row; not-a-number = none.
+    pub value: Box<dyn Fn(usize, usize) -> f64 + 'a>,
+    /// What was taken of it before; `None`: every sample is looked at.
+    pub chunks: Option<&'a Chunks>,
+}
+
+impl Line<'_> {
+    /// Samples in rows before this one.
+    fn before_row(&self, row: usize) -> usize {
+        self.rows.map_or(row, |rows| rows.before_row(row))
+    }
+
+    /// The samples in these rows.
+    fn samples(&self, rows: &Range<usize>) -> Range<usize> {
+        self.before_row(rows.start)..self.before_row(rows.end)
+    }
+
+    /// Number, row and value of each of these samples.
+    fn each(&self, samples: Range<usize>, mut hear: impl FnMut(usize, usize, f64)) {
+        match self.rows {
+            None => samples.for_each(|row| hear(row, row, (self.value)(row, row))),
+            Some(rows) => {
+                let each = samples.clone().zip(rows.between(samples));
+                each.for_each(|(sample, row)| hear(sample, row, (self.value)(sample, row)));
+            }
+        }
+    }
+
+    /// What these samples hold.
+    fn seen(&self, samples: Range<usize>) -> Seen {
+        let mut seen = Seen::default();
+        for part in parted(samples) {
+            match self.chunks.and_then(|chunks| chunks.whole(&part)) {
+                Some(known) => seen.join(known),
+                None => self.each(part, |sample, _, value| seen.take(sample, value)),
+            }
+        }
+        seen
+    }
+
+    /// Rows of the first of these samples that are numbers, so many at most.
+    fn first_known(&self, samples: Range<usize>, most: usize) -> Vec<usize> {
+        let mut known = Vec::new();
+        for part in parted(samples) {
+            if known.len() >= most {
+                break;
+            }
+            if self.chunks.and_then(|chunks| chunks.whole(&part)).is_some_and(|seen| seen.samples == 0) {
+                continue;
+            }
+            self.each(part, |_, row, value| known.extend(value.is_finite().then_some(row)));
+        }
+        known.truncate(most);
+        known
+    }
 }
 
 /// A curve, slot by slot.
@@ -44,23 +100,21 @@ pub(super) struct RangeStatistics {
     pub rms: Option<f64>,
 }
 
-impl RangeStatistics {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut all, mut sum, mut squares) = (Self::default(), 0.0, 0.0);
-        for value in values.filter(|value| value.is_finite()) {
-            all.samples += 1;
-            all.first = all.first.or(Some(value));
-            all.last = Some(value);
-            all.least = Some(all.least.map_or(value, |least| least.min(value)));
-            all.greatest = Some(all.greatest.map_or(value, |greatest| greatest.max(value)));
-            sum += value;
-            squares += value * value;
+impl From<Seen> for RangeStatistics {
+    fn from(seen: Seen) -> Self {
+        if seen.samples == 0 {
+            return Self::default();
         }
-        if all.samples > 0 {
-            let count = all.samples as f64;
-            (all.mean, all.rms) = (Some(sum / count), Some((squares / count).sqrt()));
+        let count = seen.samples as f64;
+        Self {
+            samples: seen.samples,
+            first: Some(seen.ends.0),
+            last: Some(seen.ends.1),
+            least: Some(seen.least.0),
+            greatest: Some(seen.greatest.0),
+            mean: Some(seen.sum / count),
+            rms: Some((seen.squares / count).sqrt()),
         }
-        all
     }
 }
 
@@ -73,15 +127,16 @@ pub(super) struct Slots<'a> {
     rows: Range<usize>,
     /// [s] of each slot.
     pub at: Vec<f64>,
-    /// First slot of each row, where each row has its own; else columns of pixels of this width [s].
     layout: Layout,
     interval: f64,
 }
 
 #[derive(Debug)]
 enum Layout {
+    /// First slot of each row, where each row has its own.
     Rows(Vec<usize>),
-    Columns { start: f64, width: f64, count: usize },
+    /// Columns of pixels of this width [s], and the row that each begins with.
+    Columns { width: f64, first_rows: Vec<usize> },
 }
 
 impl<'a> Slots<'a> {
@@ -108,7 +163,11 @@ impl<'a> Slots<'a> {
             for column in 0..pixels {
                 at.extend([0.25, 0.75].map(|share| start + (column as f64 + share) * width));
             }
-            Layout::Columns { start, width, count: pixels }
+            let begin = |column: usize| {
+                let from = start + column as f64 * width;
+                rows.start + seen.partition_point(|time| *time < from)
+            };
+            Layout::Columns { width, first_rows: (0..pixels).map(begin).collect() }
         };
         Self { time, span: (from, to), rows, at, layout, interval }
     }
@@ -118,52 +177,35 @@ impl<'a> Slots<'a> {
         &self.rows
     }
 
-    /// The samples of a curve in the rows that are seen.
-    fn samples(&self, line: &Line) -> Range<usize> {
-        let Some(rows) = line.rows else { return self.rows.clone() };
-        rows.partition_point(|row| *row < self.rows.start)..rows.partition_point(|row| *row < self.rows.end)
-    }
-
     /// What a curve does between the two times: of every sample, not of those that are drawn.
     pub fn range(&self, line: &Line) -> RangeStatistics {
-        let at = |sample: usize| self.time[line.rows.map_or(sample, |rows| rows[sample])];
-        let within = self.samples(line).filter(|sample| (self.span.0..=self.span.1).contains(&at(*sample)));
-        RangeStatistics::of(within.map(|sample| (line.value)(sample)))
+        let (from, to) = self.span;
+        let rows = self.time.partition_point(|at| *at < from)..self.time.partition_point(|at| *at <= to);
+        line.seen(line.samples(&rows)).into()
     }
 
     /// A curve in these slots.
     pub fn draw(&self, line: &Line) -> Drawn {
-        let samples = self.samples(line);
-        let row_of = |sample: usize| line.rows.map_or(sample, |rows| rows[sample]);
+        let samples = line.samples(&self.rows);
         let y = match &self.layout {
             Layout::Rows(slots) => {
                 let mut y = vec![None; self.at.len()];
-                for sample in samples.clone() {
-                    let value = (line.value)(sample);
-                    if let Some(slot) = slots.get(row_of(sample) - self.rows.start) {
+                line.each(samples.clone(), |_, row, value| {
+                    if let Some(slot) = slots.get(row - self.rows.start) {
                         y[*slot] = value.is_finite().then_some(value as f32);
                     }
-                }
+                });
                 y
             }
-            Layout::Columns { start, width, count } => {
-                let mut columns = vec![Column::default(); *count];
-                for sample in samples.clone() {
-                    let value = (line.value)(sample);
-                    let column = ((self.time[row_of(sample)] - start) / width) as usize;
-                    if value.is_finite()
-                        && let Some(column) = columns.get_mut(column.min(count - 1))
-                    {
-                        column.take(value as f32, sample);
-                    }
-                }
-                columns.iter().flat_map(Column::pair).collect()
+            Layout::Columns { first_rows, .. } => {
+                let ends = first_rows.iter().skip(1).chain([&self.rows.end]);
+                let columns = first_rows.iter().zip(ends);
+                columns.flat_map(|(from, to)| pair(&line.seen(line.samples(&(*from..*to))))).collect()
             }
         };
-        let present = samples.filter(|sample| (line.value)(*sample).is_finite()).take(THRESHOLDS.looked_at);
-        let present: Vec<f64> = present.map(|sample| self.time[row_of(sample)]).collect();
-        let usual = median_step(present).unwrap_or(0.0);
-        let gaps = self.gaps(&y, usual);
+        let known = line.first_known(samples, THRESHOLDS.looked_at);
+        let usual = median_step(known.iter().map(|row| self.time[*row]));
+        let gaps = self.gaps(&y, usual.unwrap_or(0.0));
         Drawn { y, gaps }
     }
 
@@ -185,31 +227,14 @@ impl<'a> Slots<'a> {
     }
 }
 
-/// The extremes of one column of pixels, and the samples that they are.
-#[derive(Debug, Clone, Copy, Default)]
-struct Column {
-    low: Option<(f32, usize)>,
-    high: Option<(f32, usize)>,
-}
-
-impl Column {
-    fn take(&mut self, value: f32, sample: usize) {
-        if self.low.is_none_or(|(low, _)| value < low) {
-            self.low = Some((value, sample));
-        }
-        if self.high.is_none_or(|(high, _)| value > high) {
-            self.high = Some((value, sample));
-        }
-    }
-
-    /// Both in the order in which they came; a single sample stands alone.
-    fn pair(&self) -> [Option<f32>; 2] {
-        match (self.low, self.high) {
-            (Some((low, first)), Some((high, second))) if first < second => [Some(low), Some(high)],
-            (Some((low, first)), Some((high, second))) if first > second => [Some(high), Some(low)],
-            (Some((low, _)), _) => [Some(low), None],
-            _ => [None, None],
-        }
+/// The extremes of one column of pixels, in the order in which they came; a single sample stands alone.
+fn pair(seen: &Seen) -> [Option<f32>; 2] {
+    let ((low, first), (high, second)) = (seen.least, seen.greatest);
+    let of = |value: f64| (seen.samples > 0).then_some(value as f32);
+    match first.cmp(&second) {
+        Ordering::Less => [of(low), of(high)],
+        Ordering::Greater => [of(high), of(low)],
+        Ordering::Equal => [of(low), None],
     }
 }
 
@@ -239,7 +264,7 @@ mod tests {
     use super::*;
 
     fn line(values: &[f64]) -> Line<'_> {
-        Line { rows: None, value: Box::new(|row| values[row]) }
+        Line { rows: None, value: Box::new(|_, row| values[row]), chunks: None }
     }
 
     #[test]
@@ -294,13 +319,39 @@ mod tests {
         assert_eq!(Slots::new(&time, (500.0, 600.0), 1, 0.01).range(&line(&values)).samples, 0);
     }
 
+    /// What was taken once says the same as every sample looked at anew, of rows that all have one and of some of them.
+    #[test]
+    fn chunks_change_nothing_of_a_picture() {
+        let time: Vec<f64> = (0..20_000).map(|row| 0.01 * f64::from(row)).collect();
+        // Whole numbers: sums are the same in whatever order. A stretch of several chunks without a reading.
+        let value = |row: usize| match row % 3 == 1 || (6_000..9_000).contains(&row) {
+            true => f64::NAN,
+            false => (row * 7_919 % 1_009) as f64,
+        };
+        let rows = SampleRows::of(vec![3..5_000, 5_001..12_345, 12_400..19_990]);
+        for rows in [None, Some(&rows)] {
+            let count = rows.map_or(time.len(), SampleRows::len);
+            let own_rows = || rows.map_or((0..count).collect::<Vec<_>>(), |rows| rows.iter().collect());
+            let chunks = Chunks::of(own_rows().into_iter().map(value));
+            let line = |chunks| Line { rows, value: Box::new(move |_, row| value(row)), chunks };
+            for (span, pixels) in
+                [((0.0, 200.0), 100), ((0.0, 200.0), 7), ((31.0, 158.0), 333), ((55.0, 95.0), 2)]
+            {
+                let slots = Slots::new(&time, span, pixels, 0.01);
+                let (anew, known) = (line(None), line(Some(&chunks)));
+                assert_eq!(slots.draw(&known), slots.draw(&anew), "{span:?}");
+                assert_eq!(slots.range(&known), slots.range(&anew), "{span:?}");
+            }
+        }
+    }
+
     #[test]
     fn what_is_seen_is_what_was_asked_for_and_one_row_beside_it() {
         let time: Vec<f64> = (0..1000).map(|row| 0.01 * f64::from(row)).collect();
         let slots = Slots::new(&time, (2.0, 3.0), 800, 0.01);
         assert_eq!(*slots.rows(), 199..302);
-        let rows: Vec<usize> = (0..1000).step_by(2).collect();
-        let half = Line { rows: Some(&rows), value: Box::new(|sample| sample as f64) };
+        let rows = SampleRows::of((0..1000).step_by(2).map(|row| row..row + 1).collect());
+        let half = Line { rows: Some(&rows), value: Box::new(|sample, _| sample as f64), chunks: None };
         let drawn = slots.draw(&half);
         assert_eq!(drawn.y[..3], [None, Some(100.0), None], "samples by their own rows");
         assert!(Slots::new(&time, (50.0, 60.0), 800, 0.01).at.len() <= 1, "nothing there");

@@ -12,8 +12,9 @@ use super::ActError;
 use super::bands::Bands;
 use super::columns::{DeskMapping, Guess};
 use super::places::Stamp;
+use super::shown::{ShownChannel, ShownComparison};
+use super::thresholds::THRESHOLDS;
 use crate::cancel::Cancel;
-use crate::compare::Comparison;
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -80,6 +81,7 @@ pub(super) struct OpenLog {
     pub notes: Vec<String>,
     /// The same where it has rows.
     pub bands: Bands,
+    pub channels: Vec<ShownChannel>,
 }
 
 /// The models that are shown, held beside a log.
@@ -90,7 +92,7 @@ pub(super) struct Compared {
     /// Ids of the models, in the order of the comparisons.
     pub models: Vec<u64>,
     /// One for each model; or why they could not be compared.
-    pub found: Result<Arc<Vec<Comparison>>, String>,
+    pub found: Result<Arc<Vec<ShownComparison>>, String>,
 }
 
 /// Where a model is from.
@@ -157,6 +159,7 @@ pub(super) struct Recipe {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SearchKind {
+    Identify,
     Diagnose,
     Extend,
     Try,
@@ -184,9 +187,24 @@ pub(super) struct Search {
     pub fitted: usize,
     /// Ids of the set in the lead.
     pub leading: Vec<String>,
+    /// Sets fitted to the end, the best first, and what each leaves: rms over that of the noise [-].
+    pub tried: Vec<(Vec<String>, f64)>,
     pub began: Instant,
     pub took: Option<Duration>,
     pub cancel: Cancel,
+}
+
+impl Search {
+    /// Keeps a set that was fitted to the end, among the best ones.
+    pub fn take(&mut self, effects: &[String], over_noise: f64) {
+        // One that was fitted again counts as it is now; the base alone is no candidate.
+        self.tried.retain(|(other, _)| other != effects);
+        if over_noise.is_finite() && !effects.is_empty() {
+            let at = self.tried.partition_point(|(_, other)| *other <= over_noise);
+            self.tried.insert(at, (effects.to_vec(), over_noise));
+            self.tried.truncate(THRESHOLDS.shown_tried);
+        }
+    }
 }
 
 /// What a search said, and of what.

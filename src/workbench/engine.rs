@@ -21,6 +21,7 @@ use super::live::Live;
 use super::places::{Places, Stamp};
 use super::saved::Saved;
 use super::search::SearchTask;
+use super::shown::{ShownChannel, ShownComparison};
 use super::{ActError, WorkbenchError, by_hand, kept};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
@@ -128,6 +129,7 @@ impl Engine {
     /// Does what a page asks for, or begins it.
     pub fn act(self: &Arc<Self>, act: Act) -> Result<(), ActError> {
         match act {
+            Act::Identify => self.search(SearchKind::Identify, Vec::new()),
             Act::Diagnose => self.search(SearchKind::Diagnose, Vec::new()),
             Act::Try { effects } => self.search(SearchKind::Try, effects),
             Act::Add { effects } if self.keep_tried(&effects) => Ok(()),
@@ -196,6 +198,7 @@ impl Engine {
         if let Some(search) = &mut self.desk().search {
             match progress {
                 Progress::Candidate { fitted } => search.fitted = *fitted,
+                Progress::Tried { effects, over_noise } => search.take(effects, *over_noise),
                 Progress::Leading { effects } => search.leading = effects.to_vec(),
                 Progress::Step { .. } => {}
             }
@@ -231,11 +234,14 @@ impl Engine {
                 Look::Compare { log, content, shown, models } => {
                     let logs = std::slice::from_ref(&content.log);
                     let job = Job::unwatched(&cancel);
-                    let found = guarded(|| session::compare(&models, logs, &CompareConfig::default(), &job));
+                    let found = guarded(|| {
+                        let found = session::compare(&models, logs, &CompareConfig::default(), &job)?;
+                        Ok(found.into_iter().flatten().map(ShownComparison::of).collect())
+                    });
                     self.change(|desk| {
                         desk.looking = None;
                         let found = match found {
-                            Ok(found) => Ok(Arc::new(found.into_iter().flatten().collect())),
+                            Ok(found) => Ok(Arc::new(found)),
                             // What is to be seen has changed: it is compared anew.
                             Err(Ended::Cancelled) => return,
                             Err(Ended::Failed(why)) => Err(why),
@@ -306,11 +312,11 @@ fn read(path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<S
     };
     let found = opened.log.findings().map(sentence);
     let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
-    let bands = Bands::of(&opened.log);
+    let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
     // Our own say themselves what they are.
     let takes_mapping = opened.frames.is_none() && !["CSV", "recording"].contains(&opened.format);
     let (format, log) = (opened.format, opened.log);
-    Ok(Seen::Open(Box::new(OpenLog { stamp, bands, notes, format, takes_mapping, log })))
+    Ok(Seen::Open(Box::new(OpenLog { stamp, bands, channels, notes, format, takes_mapping, log })))
 }
 
 fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {

@@ -1,15 +1,16 @@
 //! What the browser saves: nothing of it is written here.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::Deserialize;
 
 use super::ActError;
-use super::desk::Desk;
+use super::desk::{Desk, OpenLog};
 use super::guesses;
 use super::places::plain;
 use super::saved::Saved;
-use crate::compare::Comparison;
+use super::shown::ShownComparison;
 use crate::log::csv;
 use crate::model::ModelError;
 use crate::report::comparison;
@@ -34,19 +35,73 @@ pub(super) struct ExportQuery {
     pub id: Option<u64>,
 }
 
-/// Makes the file.
-pub(super) fn export(desk: &Desk, query: &ExportQuery) -> Result<Download, ActError> {
-    match query.what.as_str() {
-        "model" => model(desk, query.id.unwrap_or(desk.chosen)),
-        "session" => {
-            let text = toml::to_string(&Saved::of(desk));
-            // As a model's own text.
-            let text =
-                text.map_err(|error| SessionError::from(ModelError::Value { what: error.to_string() }))?;
-            Ok(Download { name: "session.toml".to_owned(), kind: "application/toml", text })
+/// What a file is made of: taken from the desk under its lock, made without it.
+pub(super) enum ExportTask {
+    /// It takes no time.
+    Made(Download),
+    /// The page of `compare`.
+    Report(OfLog),
+    /// The log with the signals of the last model shown.
+    Signals(OfLog),
+}
+
+/// A log, and the models that were held beside it.
+pub(super) struct OfLog {
+    /// Name of the log's file, without its ending.
+    stem: String,
+    content: Arc<OpenLog>,
+    found: Arc<Vec<ShownComparison>>,
+}
+
+impl ExportTask {
+    /// What the desk has of it.
+    pub fn of(desk: &Desk, query: &ExportQuery) -> Result<Self, ActError> {
+        match query.what.as_str() {
+            "model" => model(desk, query.id.unwrap_or(desk.chosen)).map(Self::Made),
+            "session" => {
+                let text = toml::to_string(&Saved::of(desk));
+                // As a model's own text.
+                let text =
+                    text.map_err(|error| SessionError::from(ModelError::Value { what: error.to_string() }))?;
+                let (name, kind) = ("session.toml".to_owned(), "application/toml");
+                Ok(Self::Made(Download { name, kind, text }))
+            }
+            "mapping" => mapping(desk, query.id.unwrap_or_default()).map(Self::Made),
+            "report" => OfLog::of(desk, query.id.unwrap_or_default()).map(Self::Report),
+            _ => OfLog::of(desk, query.id.unwrap_or_default()).map(Self::Signals),
         }
-        "mapping" => mapping(desk, query.id.unwrap_or_default()),
-        what => of_log(desk, what == "report", query.id.unwrap_or_default()),
+    }
+
+    /// Makes the file: as `compare --report` and `--signals` write them.
+    pub fn make(self) -> Result<Download, ActError> {
+        match self {
+            Self::Made(made) => Ok(made),
+            Self::Report(OfLog { stem, content, found }) => {
+                let found = [found.iter().map(|shown| shown.comparison.clone()).collect::<Vec<_>>()];
+                let page = comparison::page(&found, std::slice::from_ref(&content.log));
+                Ok(Download { name: format!("{stem}.html"), kind: "text/html", text: page.emit() })
+            }
+            Self::Signals(OfLog { stem, content, found }) => {
+                let last = found.last().ok_or(ActError::Nothing("no model is shown"))?;
+                let signals = last.comparison.signals(content.log.raw());
+                let signals = signals.map_err(|error| SessionError::from(csv::LogError::from(error)))?;
+                let (name, kind) = (format!("{stem}_signals.csv"), "text/csv");
+                Ok(Download { name, kind, text: csv::emit(&signals) })
+            }
+        }
+    }
+}
+
+impl OfLog {
+    fn of(desk: &Desk, id: u64) -> Result<Self, ActError> {
+        let log = desk.log(id)?;
+        log.open()?;
+        let compared = log.compared.as_ref();
+        let found = compared.and_then(|compared| Some((compared, compared.found.as_ref().ok()?)));
+        let (compared, found) = found.ok_or(ActError::Nothing("no model was compared with this log"))?;
+        let stem = Path::new(&log.typed).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let stem = plain(&stem.unwrap_or_default());
+        Ok(Self { stem, content: Arc::clone(&compared.content), found: Arc::clone(found) })
     }
 }
 
@@ -66,23 +121,4 @@ fn mapping(desk: &Desk, id: u64) -> Result<Download, ActError> {
         (None, None) => return Err(ActError::NotAsked(log.typed.clone())),
     };
     Ok(Download { name, kind: "application/toml", text })
-}
-
-/// The page of `compare`, or the log with the signals of the last model shown, as `compare --report` and `--signals` write them.
-fn of_log(desk: &Desk, is_report: bool, id: u64) -> Result<Download, ActError> {
-    let log = desk.log(id)?;
-    let open = log.open()?;
-    let found = log.compared.as_ref().and_then(|compared| compared.found.as_ref().ok());
-    let found = found.ok_or(ActError::Nothing("no model was compared with this log"))?;
-    let stem = Path::new(&log.typed).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let stem = plain(&stem.unwrap_or_default());
-    if is_report {
-        let found: [Vec<Comparison>; 1] = [found.to_vec()];
-        let page = comparison::page(&found, std::slice::from_ref(&open.log));
-        return Ok(Download { name: format!("{stem}.html"), kind: "text/html", text: page.emit() });
-    }
-    let last = found.last().ok_or(ActError::Nothing("no model is shown"))?;
-    let signals =
-        last.signals(open.log.raw()).map_err(|error| SessionError::from(csv::LogError::from(error)))?;
-    Ok(Download { name: format!("{stem}_signals.csv"), kind: "text/csv", text: csv::emit(&signals) })
 }

@@ -107,6 +107,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
         }
         Act::CloseModel { model } => close_model(desk, model)?,
         Act::StepBack => step_back(desk)?,
+        Act::Rung { steps } => rung(desk, steps)?,
         Act::Cancel => {
             if let Some(search) = desk.search.as_ref().filter(|search| search.state == SearchState::Running) {
                 search.cancel.request();
@@ -122,6 +123,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
         Act::OpenLog { .. }
         | Act::Reread { .. }
         | Act::OpenModel { .. }
+        | Act::Identify
         | Act::Diagnose
         | Act::Discover
         | Act::AddLaw
@@ -156,6 +158,24 @@ fn step_back(desk: &mut Desk) -> Result<(), ActError> {
     lay_model(desk, back, Origin::Made);
     let chosen = desk.chosen;
     desk.models.iter_mut().for_each(|model| model.shown = [from_id, chosen].contains(&model.id));
+    Ok(())
+}
+
+/// Chooses the model as it was after so many steps: the one that is here, or the chosen one stepped back to there.
+fn rung(desk: &mut Desk, steps: usize) -> Result<(), ActError> {
+    let chosen = desk.model(desk.chosen)?;
+    let (id, length) = (chosen.id, chosen.model.ladder.len());
+    let gone = ActError::Gone { what: "rung", id: steps as u64 };
+    let ladder = chosen.model.ladder.get(..steps).filter(|ladder| !ladder.is_empty()).ok_or(gone)?;
+    let there = desk.models.iter().find(|it| it.model.ladder == ladder && it.origin != Origin::Tried);
+    match there.map(|there| there.id) {
+        Some(there) => {
+            desk.chosen = there;
+            desk.models.iter_mut().for_each(|it| it.shown = [id, there].contains(&it.id));
+            desk.look_anew();
+        }
+        None => (steps..length).try_for_each(|_| step_back(desk))?,
+    }
     Ok(())
 }
 

@@ -10,10 +10,12 @@
 //! reaches a bench: no command, no arming, no bus; what is shown of a running one is heard (`live.rs`).
 
 mod act;
+mod against;
 mod answers;
 mod assets;
 mod bands;
 mod by_hand;
+mod chunks;
 mod columns;
 mod curves;
 mod demo;
@@ -34,6 +36,7 @@ mod routes;
 mod saved;
 mod search;
 mod server;
+mod shown;
 #[cfg(test)]
 mod tests;
 pub mod thresholds;

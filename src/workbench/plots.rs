@@ -9,12 +9,12 @@ use super::ActError;
 use super::bands::Band;
 use super::curves::{Drawn, Line, RangeStatistics, Slots};
 use super::desk::{Desk, OpenLog};
+use super::shown::ShownComparison;
 use super::thresholds::THRESHOLDS;
-use crate::compare::{Block, Comparison};
 use crate::log::signals::log_signal;
 
 /// The name of a plot of the torque that a model lacks.
-const UNKNOWN_TORQUE: &str = "unknown_torque";
+pub(super) const UNKNOWN_TORQUE: &str = "unknown_torque";
 
 /// What a page asks for.
 #[derive(Debug, Clone, Deserialize)]
@@ -77,7 +77,7 @@ impl Curve {
 pub(super) struct PlotTask {
     query: PlotQuery,
     content: Arc<OpenLog>,
-    compared: Option<(Vec<u64>, Arc<Vec<Comparison>>)>,
+    compared: Option<(Vec<u64>, Arc<Vec<ShownComparison>>)>,
 }
 
 impl PlotTask {
@@ -114,7 +114,7 @@ impl PlotTask {
         PlotAnswer { x: slots.at, curves, bands, ends }
     }
 
-    fn pairs(&self) -> impl Iterator<Item = (u64, &Comparison)> {
+    fn pairs(&self) -> impl Iterator<Item = (u64, &ShownComparison)> {
         let pairs = self.compared.as_ref().map(|(models, found)| models.iter().copied().zip(found.iter()));
         pairs.into_iter().flatten()
     }
@@ -122,52 +122,40 @@ impl PlotTask {
     /// Measured once, then modelled and error of each model.
     fn block(&self, slots: &Slots, name: &str) -> Vec<Curve> {
         let signal = self.query.signal.as_deref().unwrap_or_default();
-        let is_it = |block: &&Block| block.name == name && block.signal == signal;
-        let mut curves = Vec::new();
-        for (model, comparison) in self.pairs() {
-            let Some(block) = comparison.blocks.iter().find(is_it) else { continue };
-            let trace = &block.trace;
-            let mut push = |kind, model, value: Box<dyn Fn(usize) -> f64 + '_>| {
-                let line = Line { rows: Some(&trace.rows), value };
+        let mut curves: Vec<Curve> = Vec::new();
+        for (model, shown) in self.pairs() {
+            let Some((block, lines)) = shown.lines(name, signal) else { continue };
+            for (kind, line) in lines {
+                let is_measured = kind == "measured";
+                if is_measured && !curves.is_empty() {
+                    continue;
+                }
+                let model = (!is_measured).then_some(model);
                 curves.push(Curve::of(kind, model, (&block.signal, block.unit), slots, &line));
-            };
-            if model == self.pairs().next().map_or(0, |(first, _)| first) {
-                push("measured", None, Box::new(|sample| trace.measured[sample]));
             }
-            push("modelled", Some(model), Box::new(|sample| trace.modelled[sample]));
-            // Where it is not scored there is no error, as in the report.
-            let error = |sample: usize| {
-                let is_scored = trace.is_scored[sample];
-                if is_scored { trace.measured[sample] - trace.modelled[sample] } else { f64::NAN }
-            };
-            push("error", Some(model), Box::new(error));
         }
         curves
     }
 
     /// The torque that each model lacks, and its standard error to both sides.
     fn torque(&self, slots: &Slots) -> Vec<Curve> {
-        let mut curves = Vec::new();
-        for (model, comparison) in self.pairs() {
-            let Some(torque) = &comparison.unknown_torque else { continue };
-            for (kind, side) in [("lower", -1.0), ("upper", 1.0), ("torque", 0.0)] {
-                let value = |sample: usize| torque.torque[sample] + side * torque.standard_error[sample];
-                let line = Line { rows: Some(&torque.rows), value: Box::new(value) };
-                curves.push(Curve::of(kind, Some(model), (UNKNOWN_TORQUE, "N m"), slots, &line));
-            }
-        }
-        curves
+        let each = self.pairs().flat_map(|(model, shown)| {
+            shown
+                .torque_lines()
+                .map(move |(kind, line)| Curve::of(kind, Some(model), (UNKNOWN_TORQUE, "N m"), slots, &line))
+        });
+        each.collect()
     }
 
     /// Channels as they were logged.
     fn channels(&self, slots: &Slots, channels: &str) -> Vec<Curve> {
         let log = self.content.log.raw();
         let asked: Vec<&str> = channels.split(',').take(THRESHOLDS.most_curves).collect();
-        let there = asked.into_iter().filter_map(|name| Some((name, log.column(name)?)));
-        let curves = there.map(|(name, values)| {
-            let line = Line { rows: None, value: Box::new(|row| values[row]) };
-            let unit = log_signal(name).map_or("", |known| known.unit);
-            Curve::of("channel", None, (name, unit), slots, &line)
+        let known = |name: &str| self.content.channels.iter().find(|it| it.name == name);
+        let there = asked.into_iter().filter_map(|name| Some((known(name)?, log.column(name)?)));
+        let curves = there.map(|(channel, values)| {
+            let unit = log_signal(&channel.name).map_or("", |known| known.unit);
+            Curve::of("channel", None, (&channel.name, unit), slots, &channel.line(values))
         });
         curves.collect()
     }
@@ -179,8 +167,8 @@ pub(super) fn failure(desk: &Desk, log: u64, block: &str, signal: &str) -> Resul
     let compared = log.compared.as_ref();
     let found = compared.and_then(|it| Some((&it.models, it.found.as_ref().ok()?)));
     let (models, found) = found.ok_or(ActError::Nothing("compare"))?;
-    let each = models.iter().zip(found.iter()).filter_map(|(model, comparison)| {
-        let block = comparison.blocks.iter().find(|it| it.name == block && it.signal == signal)?;
+    let each = models.iter().zip(found.iter()).filter_map(|(model, shown)| {
+        let block = shown.comparison.blocks.iter().find(|it| it.name == block && it.signal == signal)?;
         let dependences = block.failure.dependences.iter().filter(|it| it.is_real());
         let dependences = dependences.map(|it| {
             let unit = log_signal(&it.on.column).map_or("", |known| known.unit);
@@ -194,6 +182,7 @@ pub(super) fn failure(desk: &Desk, log: u64, block: &str, signal: &str) -> Resul
             "of_unit": if block.name == "body" { "N m" } else { block.unit },
             "spectrum": block.failure.spectrum.as_ref().map(|it| json!({ "corner_hz": it.corner_hz, "density": it.density })),
             "groups": block.failure.groups,
+            "over_time": block.failure.over_time,
             "dependences": dependences.collect::<Vec<_>>(),
         }))
     });

@@ -20,8 +20,9 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::act::Act;
+use super::against::{AgainstQuery, AgainstTask};
 use super::engine::Engine;
-use super::export::{ExportQuery, export};
+use super::export::{ExportQuery, ExportTask};
 use super::margins::margins_of;
 use super::plots::{PlotQuery, PlotTask, failure};
 use super::thresholds::THRESHOLDS;
@@ -44,6 +45,7 @@ pub(super) fn router(engine: Arc<Engine>) -> Router {
         .route("/api/plot", get(plot))
         .route("/api/live", get(live))
         .route("/api/failure", get(block_failure))
+        .route("/api/against", get(against))
         .route("/api/margins", get(margins))
         .route("/api/export", get(download))
         .fallback(get(asset))
@@ -143,6 +145,14 @@ async fn block_failure(State(engine): Shared, Query(query): Query<BlockQuery>) -
     working(move || failure(&engine.desk(), query.log, &query.block, &query.signal)).await
 }
 
+async fn against(State(engine): Shared, Query(query): Query<AgainstQuery>) -> Answer {
+    working(move || {
+        let task = AgainstTask::of(&engine.desk(), query)?;
+        Ok(json!(task.answer()))
+    })
+    .await
+}
+
 #[derive(Deserialize)]
 struct ModelQuery {
     model: u64,
@@ -153,7 +163,11 @@ async fn margins(State(engine): Shared, Query(query): Query<ModelQuery>) -> Answ
 }
 
 async fn download(State(engine): Shared, Query(query): Query<ExportQuery>) -> Answer {
-    let made = tokio::task::spawn_blocking(move || export(&engine.desk(), &query)).await;
+    let make = move || {
+        let task = ExportTask::of(&engine.desk(), &query)?;
+        task.make()
+    };
+    let made = tokio::task::spawn_blocking(make).await;
     match made {
         Ok(Ok(file)) => Response::builder()
             .header(CONTENT_TYPE, file.kind)

@@ -13,11 +13,13 @@ use super::{ActError, answers, by_hand};
 use crate::cancel::Cancel;
 use crate::diagnose::{DiagnoseConfig, Diagnosis};
 use crate::discover::{Discovery, LawVerdict};
+use crate::identify::IdentifySettings;
 use crate::model::Model;
 use crate::report::findings::sentences;
 use crate::report::next_steps::{NextStep, next_steps};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Extended, Job, Progress, SessionError};
+use crate::signal::ROTORS;
 
 /// What a search needs.
 pub(super) struct SearchTask {
@@ -46,6 +48,8 @@ pub(super) enum Found {
     Diagnosis(Box<Diagnosis>),
     Law(Box<Discovery>),
     Model(Box<Extended>),
+    /// A model of the bench, and what to know of it in sentences.
+    Identified(Box<Model>, Vec<String>),
 }
 
 impl SearchTask {
@@ -72,10 +76,12 @@ impl SearchTask {
         let (model, typed) = (from.model.clone(), (from.typed(), typed.0, typed.1));
         let name = match kind {
             SearchKind::Diagnose => String::new(),
+            SearchKind::Identify => desk.fresh_name("identified"),
             SearchKind::Discover => desk.fresh_name("law"),
             _ => desk.fresh_name("step"),
         };
         let by_hand = match kind {
+            SearchKind::Identify => by_hand::identify(desk, &format!("{name}.toml")),
             SearchKind::Diagnose => by_hand::search(desk, "diagnose", &typed.0),
             SearchKind::Discover => by_hand::search(desk, "discover", &typed.0),
             _ => by_hand::extend(desk, &typed.0, &recipe.added, &format!("{name}.toml")),
@@ -92,6 +98,7 @@ impl SearchTask {
             state: SearchState::Running,
             fitted: 0,
             leading: Vec::new(),
+            tried: Vec::new(),
             began: Instant::now(),
             took: None,
             cancel: begun.cancel.clone(),
@@ -108,6 +115,13 @@ impl SearchTask {
         let (fit, held_out) = (own(&self.fit), own(&self.held_out));
         let logs = (&fit[..], &held_out[..]);
         let found = match self.kind {
+            SearchKind::Identify => {
+                let rotors = session::rotors(&fit).last().copied().unwrap_or(0).max(ROTORS);
+                let settings =
+                    IdentifySettings { rotors: (1..=rotors).collect(), ..IdentifySettings::default() };
+                let found = session::identify(&fit, &held_out, &settings, &job)?;
+                Found::Identified(Box::new(found.model), sentences(&found.findings))
+            }
             SearchKind::Diagnose => {
                 Found::Diagnosis(Box::new(session::diagnose(&self.model, &fit, &held_out, &config, &job)?))
             }
@@ -136,7 +150,11 @@ impl SearchTask {
                 SearchState::Done
             }
             Ok(Found::Model(extended)) => {
-                self.lay_model(desk, *extended);
+                self.lay_model(desk, extended.extension.model, sentences(&extended.findings));
+                SearchState::Done
+            }
+            Ok(Found::Identified(model, notes)) => {
+                self.lay_model(desk, *model, notes);
                 SearchState::Done
             }
             Err(Ended::Cancelled) => SearchState::Cancelled,
@@ -170,8 +188,7 @@ impl SearchTask {
         desk.discovered = Some(Discovered { answered, made });
     }
 
-    fn lay_model(&self, desk: &mut Desk, extended: Extended) {
-        let mut model = extended.extension.model;
+    fn lay_model(&self, desk: &mut Desk, mut model: Model, notes: Vec<String>) {
         model.name.clone_from(&self.name);
         let is_tried = self.kind == SearchKind::Try;
         desk.models.retain(|it| it.origin != Origin::Tried || it.id == desk.chosen);
@@ -183,8 +200,8 @@ impl SearchTask {
             model,
             origin: if is_tried { Origin::Tried } else { Origin::Made },
             shown: true,
-            notes: sentences(&extended.findings),
-            recipe: Some(self.recipe.clone()),
+            notes,
+            recipe: (self.kind != SearchKind::Identify).then(|| self.recipe.clone()),
         });
         if !is_tried {
             desk.chosen = id;

@@ -19,6 +19,15 @@ crate::thresholds! {
     most_bands: usize = 200, "count", "judgement";
     /// [count] curves of one picture
     most_curves: usize = 64, "count", "judgement";
+    /// [count] samples of a curve whose extremes and sums are taken once: a column of pixels over an hour at 1 kHz has some
+    /// 3,000 samples
+    chunk: usize = 512, "count", "judgement";
+    /// [count] parts of equal count in which an error is shown over a channel
+    places_against: usize = 24, "count", "judgement";
+    /// [count] samples of an error that are looked at to show it over a channel: each part still has thousands
+    most_against: usize = 200_000, "count", "judgement";
+    /// [count] sets of effects that are shown while a search goes on, the best ones
+    shown_tried: usize = 6, "count", "judgement";
     /// [s] how much of a running bench is kept to be plotted
     live_s: f64 = 60.0, "s", "judgement";
     /// [ms] between two looks at a running bench: faster than a page draws

@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use super::answers::{self, card};
 use super::by_hand;
-use super::curves::worst_stretch;
 use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
 use super::guesses;
-use crate::compare::{Block, Comparison};
+use super::shown::ShownComparison;
+use crate::compare::Block;
 use crate::effect::find;
 use crate::log::signals::log_signal;
 use crate::model::Model;
@@ -35,6 +35,7 @@ struct SearchView<'a> {
     state: &'a SearchState,
     fitted: usize,
     leading: &'a [String],
+    tried: &'a [(Vec<String>, f64)],
     /// [s] so far, or in all.
     seconds: f64,
 }
@@ -53,6 +54,7 @@ impl<'a> SearchView<'a> {
             state: &search.state,
             fitted: search.fitted,
             leading: &search.leading,
+            tried: &search.tried,
             seconds: search.took.unwrap_or_else(|| search.began.elapsed()).as_secs_f64(),
         }
     }
@@ -94,10 +96,9 @@ fn log(desk: &Desk, log: &DeskLog) -> Value {
         LogContent::Open(open) => {
             let time = open.log.raw().time();
             let ends = [time.first(), time.last()].map(|at| at.copied().unwrap_or(0.0));
-            let channels = open.log.raw().names().filter(|name| open.log.raw().column(name).is_some());
-            let channels = channels.map(|name| {
-                let known = log_signal(name);
-                json!({ "name": name, "unit": known.map_or("", |it| it.unit), "meaning": known.map_or("", |it| it.meaning) })
+            let channels = open.channels.iter().map(|channel| {
+                let known = log_signal(&channel.name);
+                json!({ "name": channel.name, "unit": known.map_or("", |it| it.unit), "meaning": known.map_or("", |it| it.meaning) })
             });
             view["state"] = json!("open");
             view["format"] = json!(open.format);
@@ -124,27 +125,27 @@ fn compared_view(compared: &Compared) -> Value {
         Ok(found) => found,
         Err(why) => return json!({ "models": compared.models, "why": why }),
     };
-    let pairs: Vec<(u64, &Comparison)> = compared.models.iter().copied().zip(found.iter()).collect();
+    let pairs: Vec<(u64, &ShownComparison)> = compared.models.iter().copied().zip(found.iter()).collect();
     let mut keys: Vec<(&str, &str)> = Vec::new();
-    for block in pairs.iter().flat_map(|(_, comparison)| &comparison.blocks) {
+    for block in pairs.iter().flat_map(|(_, shown)| &shown.comparison.blocks) {
         let key = (block.name.as_str(), block.signal.as_str());
         if !keys.contains(&key) {
             keys.push(key);
         }
     }
     let blocks = keys.into_iter().map(|key| {
-        let is_it = |block: &&Block| (block.name.as_str(), block.signal.as_str()) == key;
-        let of_models = pairs
-            .iter()
-            .filter_map(|(model, comparison)| Some((*model, comparison.blocks.iter().find(is_it)?)));
-        let each: Vec<(u64, &Block)> = of_models.collect();
+        let is_it = |(block, _): &(&Block, _)| (block.name.as_str(), block.signal.as_str()) == key;
+        let of_models = pairs.iter().filter_map(|(model, shown)| Some((*model, shown.blocks().find(is_it)?)));
+        let each: Vec<ModelBlock> =
+            of_models.map(|(model, (block, worst_s))| (model, block, worst_s)).collect();
         block(&each)
     });
-    let torque = pairs.iter().filter_map(|(model, comparison)| {
-        let torque = comparison.unknown_torque.as_ref()?;
+    let torque = pairs.iter().filter_map(|(model, shown)| {
+        let torque = shown.comparison.unknown_torque.as_ref()?;
         Some(json!({ "model": model, "rms": torque.rms, "uncertainty": torque.uncertainty }))
     });
-    let worst = pairs.iter().map(|(model, it)| {
+    let worst = pairs.iter().map(|(model, shown)| {
+        let it = &shown.comparison;
         json!({
             "model": model,
             "block": it.worst().map(|block| &block.name),
@@ -160,9 +161,12 @@ fn compared_view(compared: &Compared) -> Value {
     })
 }
 
-fn block(each: &[(u64, &Block)]) -> Value {
-    let Some((_, first)) = each.first() else { return Value::Null };
-    let errors = each.iter().map(|(model, block)| {
+/// A model, its block, and where that one's error is largest [s].
+type ModelBlock<'a> = (u64, &'a Block, Option<(f64, f64)>);
+
+fn block(each: &[ModelBlock]) -> Value {
+    let Some((_, first, worst_s)) = each.first() else { return Value::Null };
+    let errors = each.iter().map(|(model, block, _)| {
         let error = &block.error;
         json!({
             "model": model,
@@ -172,8 +176,6 @@ fn block(each: &[(u64, &Block)]) -> Value {
             "is_noise": error.is_noise(),
         })
     });
-    let trace = &first.trace;
-    let residual = trace.residual();
     json!({
         "name": first.name,
         "signal": first.signal,
@@ -181,7 +183,7 @@ fn block(each: &[(u64, &Block)]) -> Value {
         "driven_by": first.driven_by,
         "run": comparison::run(first.run),
         "errors": errors.collect::<Vec<_>>(),
-        "worst_s": worst_stretch(&trace.time, |sample| residual[sample]),
+        "worst_s": worst_s,
     })
 }
 

@@ -84,7 +84,7 @@ fn the_unknown_torque_is_the_hidden_one() {
     assert!(torque.dependences[0].explained > 0.9, "{}", torque.dependences[0].explained);
     let angle = log.column("body_angle_rad").expect("measured");
     let errors: Vec<f64> =
-        torque.rows.iter().zip(&torque.torque).map(|(row, t)| t + 0.3 * (angle[*row] + 0.1).sin()).collect();
+        torque.rows.iter().zip(&torque.torque).map(|(row, t)| t + 0.3 * (angle[row] + 0.1).sin()).collect();
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     // It says itself how well it knows the torque; half as much again for a wander that is no pendulum.
     assert!(rms < 1.5 * torque.uncertainty, "{rms} N m off, {} N m claimed", torque.uncertainty);

@@ -118,8 +118,8 @@ fn identify_compare_diagnose_extend_and_import_score_the_same_rows() {
     let compared = compared.expect("compared").remove(0);
     assert_eq!(of_the_log(&compared.findings), expected, "compare");
     let block = compared.blocks.iter().find(|block| block.name == "actuator_1").expect("judged");
-    let rows = block.trace.rows.iter().zip(&block.trace.is_scored);
-    let rows: Vec<usize> = rows.filter_map(|(row, is_scored)| is_scored.then_some(*row)).collect();
+    let rows = block.trace.rows().iter().zip(block.trace.is_scored());
+    let rows: Vec<usize> = rows.filter_map(|(row, is_scored)| is_scored.then_some(row)).collect();
     assert_eq!((rows, block.samples), (scored.clone(), scored.len()), "compare");
 
     let config = DiagnoseConfig::default();
@@ -193,8 +193,9 @@ fn judged(log: &ScreenedLog, name: &str) -> Vec<usize> {
 
 /// Rows that a block of `compare` scores, and those that it looked at.
 fn compared(block: &Block) -> (Vec<usize>, Vec<usize>) {
-    let rows = block.trace.rows.iter().zip(&block.trace.is_scored);
-    (rows.filter_map(|(row, is_scored)| is_scored.then_some(*row)).collect(), block.trace.rows.clone())
+    let rows = block.trace.rows().iter().zip(block.trace.is_scored());
+    let scored = rows.filter_map(|(row, is_scored)| is_scored.then_some(row));
+    (scored.collect(), block.trace.rows().iter().collect())
 }
 
 #[test]

@@ -1,23 +1,21 @@
 // "What is missing?": the search, its progress, its answer, and what may be added.
 
 import { act, desk, onDesk } from "./act.js";
+import { card } from "./card.js";
 import { button, command, element, fill, lastPart, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
 
 const SHOWN = 6;
 const [head, body] = [element("div"), element("div")];
-const progress = progressOf(["diagnose", "extend", "try", "recalibrate"]);
-
-function card(it, id) {
-  if (!it) return id;
-  const more = [it.report?.join(" "), it.residual && "How it shows: " + it.residual, it.source && "Source: " + it.source, it.experiment && "Experiment: " + it.experiment];
-  return element("details", { class: "card", "data-key": "card " + id, title: `${it.meaning}\n${it.equation}\n${it.report?.join(" ") || ""}` },
-    element("summary", {}, id), element("p", {}, it.meaning), element("p", { class: "formula" }, it.equation), more.filter(Boolean).map(text => element("p", {}, text)));
-}
+const progress = progressOf(["identify", "diagnose", "extend", "try", "recalibrate"]);
 
 export function add(effects, text) {
   return button(text || `Add ${effects.join(" + ")}`, () => act("add", { effects }), { class: "primary", "data-add": effects.join("+") });
 }
+
+// The model that a bench of one's own begins with.
+export const identify = properties => button("Identify this bench", () => act("identify"), {
+  title: "make a model of this bench from the logs that are fitted on", ...properties, disabled: !ready() || desk.tick.search?.state === "running" });
 
 function candidates(answer) {
   const tried = answer.candidates.filter(it => it.validate !== null).sort((a, b) => a.validate - b.validate);
@@ -57,6 +55,7 @@ export function now(answer, key, whole) {
 function answered(answer) {
   const whole = [
     element("p", { class: "verdict " + answer.verdict, id: "verdict", "data-verdict": answer.verdict }, answer.sentence),
+    answer.is_of_other_bench && answer.is_current && identify({ class: "primary" }),
     answer.effects.length && answer.is_current ? add(answer.effects) : null,
     answer.verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(it => add(it))),

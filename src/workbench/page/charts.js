@@ -40,12 +40,15 @@ export class Chart {
     this.plot = null;
   }
 
-  // curves: [{ label, tone, dashed, y, gaps, lower }], a band's lower edge directly before its upper one.
+  // curves: [{ label, tone, dashed, y, gaps, lower, x }], a band's lower edge directly before its upper one.
   draw({ x, curves, bands, levels, from, to }) {
     this.bands = bands;
     this.levels = levels || [];
     const signature = curves.map(it => it.label + it.tone + it.dashed).join("|") + isDark();
-    const data = [x, ...curves.map(values)];
+    // Those of other logs have a time of their own, and come last.
+    const [own, others] = [curves.filter(it => !it.x), curves.filter(it => it.x)];
+    const table = [x, ...own.map(values)];
+    const data = others.length ? uPlot.join([table, ...others.map(it => [it.x, values(it)])]) : table;
     if (signature !== this.signature) this.make(curves, data);
     this.signature = signature;
     this.plot.batch(() => {

@@ -33,6 +33,7 @@ export function drawing(title, curves, { log = false } = {}) {
 }
 
 function content(found) {
+  const overTime = found.map(it => ({ tone: colourOf(it.model), points: it.over_time }));
   const spectra = found.filter(it => it.spectrum).map(it => ({ tone: colourOf(it.model), points: it.spectrum.density }));
   const [first] = found;
   const of = first.dependences.slice(0, 3).map(dependence => {
@@ -42,7 +43,7 @@ function content(found) {
   });
   const groups = table(["modelled signal", "samples", `rms [${first.unit}]`, "share of squared error"],
     first.groups.map(it => [it.name, String(it.samples), number(it.rms, 3), number(100 * it.share, 3) + " %"]));
-  return [groups, spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }), of];
+  return [groups, drawing(`Error over time [s], rms in ${first.unit}`, overTime), spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }), of];
 }
 
 // A fold that asks for it when it is opened.
@@ -58,6 +59,6 @@ export function details(log, block) {
         complain(error.message);
       }
     },
-  }, element("summary", {}, "by frequency and operating point"), host);
+  }, element("summary", {}, "by time, frequency and operating point"), host);
   return fold;
 }

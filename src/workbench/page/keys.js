@@ -17,6 +17,7 @@ const KEYS = [
   ["2", "cursor B at the pointer", () => plots.cursor("B")],
   ["0", "both cursors off", () => clear()],
   ["n", "the next log", () => plots.nextLog()],
+  ["i", "identify the bench", () => act("identify")],
   ["m", "ask what is missing", () => act("diagnose")],
   ["l", "look for the law itself", () => act("discover")],
   ["c", "cancel the search", () => act("cancel")],

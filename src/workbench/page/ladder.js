@@ -2,7 +2,7 @@
 
 import { act, onDesk } from "./act.js";
 import { ready } from "./ask.js";
-import { button, element, fill, number, precise } from "./dom.js";
+import { button, element, fill, number, precise, table } from "./dom.js";
 
 // A bar as long as the error is, beside the largest of the ladder.
 function bar(value, most, kind) {
@@ -11,12 +11,21 @@ function bar(value, most, kind) {
   return it;
 }
 
-function rung(step, index, most) {
+// The numbers that came with a step, as they are now.
+function numbers(step, model) {
+  const own = model.parameters.filter(it => step.added.some(id => it.name.startsWith(id + ".")));
+  const row = it => [element("span", { title: it.meaning }, it.name.split(".").slice(1).join(".")), precise(it.value, 5), it.standard_error === null ? "" : "± " + number(it.standard_error, 2), it.unit];
+  return own.length > 0 && table(["number", "value", "error", "unit"], own.map(row));
+}
+
+function rung(step, index, most, model) {
   const { error } = step;
+  const look = index + 1 < model.ladder.length && button("look at it", () => act("rung", { steps: index + 1 }), {
+    class: "quiet", "aria-label": "look at rung " + (index + 1), title: "the model as it was after this step" });
   return element("li", { "data-rung": step.added.join("+") },
-    element("p", {}, element("b", {}, step.title)),
+    element("p", {}, element("b", {}, step.title), " ", look),
     element("p", {}, "held out: ", precise(error.validate_before, 4, { "data-is": "before" }), " → ", precise(error.validate_after, 4, { "data-is": "after" }), element("span", { class: "soft" }, ` (noise ${number(error.noise_floor, 3)})`)),
-    bar(error.validate_before, most, "before"), bar(error.validate_after, most, "after"), bar(error.noise_floor, most, "floor"));
+    bar(error.validate_before, most, "before"), bar(error.validate_after, most, "after"), bar(error.noise_floor, most, "floor"), numbers(step, model));
 }
 
 export function build(at) {
@@ -26,7 +35,7 @@ export function build(at) {
     const running = desk.tick.search?.state === "running";
     const most = Math.max(...steps.flatMap(it => [it.error.validate_before, it.error.validate_after, it.error.noise_floor]), Number.MIN_VALUE);
     fill(at("ladder"), element("h2", {}, `Ladder of ${model?.name || ""}`),
-      steps.length ? element("ol", { class: "ladder" }, steps.map((it, index) => rung(it, index, most))) : element("p", { class: "soft" }, "Nothing was added to it."),
+      steps.length ? element("ol", { class: "ladder" }, steps.map((it, index) => rung(it, index, most, model))) : element("p", { class: "soft" }, "Nothing was added to it."),
       steps.length > 0 && element("p", { class: "soft" }, steps.at(-1).error.measure),
       element("div", { class: "row" },
         button("Step back", () => act("step_back"), { disabled: running || !steps.length }),

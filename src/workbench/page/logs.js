@@ -2,6 +2,7 @@
 
 import { act, onDesk, save } from "./act.js";
 import { button, element, fill, lastPart } from "./dom.js";
+import { colourOfLog, isBeside, onBeside, putBeside } from "./beside.js";
 import { choose } from "./files.js";
 import { follow, isFollowed, onFollowed } from "./follow.js";
 import * as view from "./plots.js";
@@ -30,7 +31,11 @@ function about(log) {
     element("label", { class: "soft", title: "read again every two seconds" }, element("input", {
       type: "checkbox", checked: isFollowed(log.id), "data-key": "follow " + log.id, "aria-label": "follow " + log.name,
       onchange: event => follow(log.id, event.target.checked),
-    }), " follow"), again);
+    }), " follow"),
+    view.shownLog() !== log.id && element("label", { class: "soft", title: "draw it over the log that is shown, as if both had begun together" }, element("input", {
+      type: "checkbox", checked: isBeside(log.id), "data-key": "beside " + log.id, "aria-label": "draw over the log that is shown: " + log.name,
+      onchange: event => putBeside(log.id, event.target.checked),
+    }), " over"), again);
   const notes = log.notes.length && element("details", { "data-key": "notes " + log.id },
     element("summary", {}, `${log.notes.length} findings`),
     element("ul", {}, log.notes.map(note => element("li", {}, note))));
@@ -43,7 +48,7 @@ function entry(log) {
     disabled: !["open", "guessed"].includes(log.state),
   });
   const close = button("×", () => act("close_log", { log: log.id }), { class: "quiet", "aria-label": "close " + log.name });
-  return element("li", { "data-log": log.id }, element("div", { class: "row" }, name, close), about(log), roles(log));
+  return element("li", { "data-log": log.id }, element("div", { class: "row" }, element("span", { class: "swatch " + colourOfLog(log.id), "aria-hidden": "true" }), name, close), about(log), roles(log));
 }
 
 export function build(at) {
@@ -54,4 +59,5 @@ export function build(at) {
   onDesk(draw);
   view.onShown(draw);
   onFollowed(draw);
+  onBeside(draw);
 }

@@ -3,6 +3,7 @@
 import { act, begin, complain, desk, onDesk, onTick, save } from "./act.js";
 import { button, element, fill } from "./dom.js";
 import * as ask from "./ask.js";
+import * as beside from "./beside.js";
 import * as follow from "./follow.js";
 import * as keys from "./keys.js";
 import * as ladder from "./ladder.js";
@@ -37,7 +38,7 @@ document.addEventListener("complaint", event => {
   notices();
 });
 
-for (const panel of [logs, models, plots, ask, law, ladder, shell, live, follow]) panel.build(at);
+for (const panel of [logs, models, plots, ask, law, ladder, shell, live, follow, beside]) panel.build(at);
 onDesk(notices);
 onTick(tick => {
   at("doing").textContent = doing(tick);

@@ -3,6 +3,7 @@
 import { act, onDesk, save } from "./act.js";
 import { button, element, fill, number, precise, table } from "./dom.js";
 import { choose } from "./files.js";
+import { identify } from "./ask.js";
 import { colourOf } from "./charts.js";
 import { margins } from "./margins.js";
 
@@ -42,5 +43,6 @@ export function build(at) {
   onDesk(desk => fill(at("models"),
     element("div", { class: "row" }, element("h2", {}, "Models"),
       button("Open ...", () => choose("Open a model", path => act("open_model", { path })), { "aria-label": "open a model" })),
+    identify({ class: null }),
     element("ul", { class: "cards" }, desk.models.map(model => entry(model, desk)))));
 }

@@ -3,6 +3,8 @@
 import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
 import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
+import { against } from "./against.js";
+import { onBeside, others } from "./beside.js";
 import { details } from "./details.js";
 import { drawing } from "./drawing.js";
 import { columns } from "./guess.js";
@@ -70,8 +72,9 @@ function blocks() {
 }
 
 class Figure {
-  constructor(title, query, parts, under) {
-    this.query = query;
+  // `channel` is drawn of other logs, too.
+  constructor(title, query, parts, under, channel) {
+    [this.query, this.channel] = [query, channel];
     this.stale = true;
     this.asked = 0;
     this.charts = parts.map(part => {
@@ -103,11 +106,13 @@ class Figure {
     const number = ++this.asked;
     const [from, to] = seen();
     try {
-      const answer = await get("/api/plot", { log, from, to, pixels: this.charts[0].chart.pixels, ...this.query });
+      const { pixels } = this.charts[0].chart;
+      const [answer, beside] = await Promise.all([get("/api/plot", { log, from, to, pixels, ...this.query }), this.channel ? others(log, this.channel, [from, to], pixels) : []]);
       // An older answer than one that is asked for already.
       if (number !== this.asked) return;
       for (const { part, chart } of this.charts) {
-        const curves = answer.curves.filter(it => part.kinds.includes(it.kind)).map((it, index) => ({ ...it, ...lookOf(it, index) }));
+        const own = answer.curves.filter(it => part.kinds.includes(it.kind)).map((it, index) => ({ ...it, ...lookOf(it, index) }));
+        const curves = part === this.charts[0].part ? [...own, ...beside] : own;
         chart.draw({ x: answer.x, curves, bands: answer.bands, levels: part.levels, from, to });
       }
       this.root.dataset.drawn = `${from} ${to}`;
@@ -154,9 +159,10 @@ function blockFigure(block) {
     { kinds: ["error"], name: "error", unit: block.unit, height: 120, levels },
   ];
   const figure = new Figure(`${block.name}: ${block.signal}`, { block: block.name, signal: block.signal }, parts,
-    [element("p", { class: "soft" }, `Driven by ${block.driven_by.join(", ")}; ${block.run}.`), errors(block)]);
+    [element("p", { class: "soft" }, `Driven by ${block.driven_by.join(", ")}; ${block.run}.`), errors(block)],
+    block.name === "sensors" ? null : block.signal);
   figure.root.dataset.block = block.name;
-  figure.root.append(details(log, block));
+  figure.root.append(details(log, block), against(log, figure.query, "error", current().channels));
   return figure;
 }
 
@@ -164,14 +170,16 @@ function makeFigures(it) {
   const made = blocks().map(blockFigure);
   const torque = it.compared?.unknown_torque || [];
   if (torque.length) {
-    made.push(new Figure("Unknown torque", { block: "unknown_torque", signal: "torque" },
+    const figure = new Figure("Unknown torque", { block: "unknown_torque", signal: "torque" },
       [{ kinds: ["lower", "upper", "torque"], name: "torque", unit: "N m", height: 170 }],
-      element("p", { class: "soft" }, "The torque that would make each model right, with its standard error to both sides.")));
+      element("p", { class: "soft" }, "The torque that would make each model right, with its standard error to both sides."));
+    figure.root.append(against(log, figure.query, "unknown torque", it.channels));
+    made.push(figure);
   }
   const plain = channels.length ? channels : made.length ? ["command_1", "command_2"] : it.channels.slice(0, 6).map(channel => channel.name);
   for (const name of plain) {
     const channel = it.channels.find(it => it.name === name);
-    if (channel) made.push(new Figure(name, { channels: name }, [{ kinds: ["channel"], name, unit: channel.unit || "-", height: 140 }], element("p", { class: "soft" }, channel.meaning)));
+    if (channel) made.push(new Figure(name, { channels: name }, [{ kinds: ["channel"], name, unit: channel.unit || "-", height: 140 }], element("p", { class: "soft" }, channel.meaning), name));
   }
   return made;
 }
@@ -231,6 +239,7 @@ const refresh = () => figures.forEach(figure => figure.refresh());
 export function build(at) {
   middle = at("middle");
   onDesk(() => update());
+  onBeside(refresh);
   onCursors(() => {
     for (const figure of figures) {
       figure.charts.forEach(({ chart }) => chart.redraw());

@@ -1,20 +1,27 @@
 // A search while it runs, and how it ended.
 
 import { act, desk, onTick } from "./act.js";
-import { button, element, fill } from "./dom.js";
+import { button, element, fill, number, table } from "./dom.js";
 
 const KINDS = {
+  identify: "Identifying the bench",
   diagnose: "Searching for what is missing", extend: "Fitting the extended model", try: "Fitting it, to be looked at",
   recalibrate: "Refitting the model's own numbers", discover: "Looking for the law itself",
 };
 
+// What was fitted so far, the best first.
+function tried(search) {
+  if (!search.tried.length) return null;
+  return table(["fitted so far", "error, in noise"], search.tried.map(([effects, over]) => [effects.join(" + "), number(over, 4)]), { class: "tried" });
+}
+
 function state(search) {
   const seconds = search.seconds.toFixed(1) + " s";
   const leading = search.leading.length ? `, leading: ${search.leading.join(" + ")}` : "";
-  const said = `${KINDS[search.kind]}: ${search.fitted} fitted${leading}, ${seconds}`;
+  const said = `${KINDS[search.kind]}: ${search.kind === "identify" ? "" : `${search.fitted} fitted${leading}, `}${seconds}`;
   switch (search.state) {
     case "running": return [
-      element("progress", { "aria-label": "search" }), element("p", { id: "progress" }, said), button("Cancel", () => act("cancel"))];
+      element("progress", { "aria-label": "search" }), element("p", { id: "progress" }, said), button("Cancel", () => act("cancel")), element("div", {}, tried(search))];
     case "cancelled": return element("p", { id: "progress" }, `Cancelled after ${seconds}; nothing has changed.`);
     case "failed": return element("p", { id: "progress", class: "bad" }, search.why);
     default: return element("p", { id: "progress", class: "soft" }, `Done in ${seconds}.`);
@@ -31,8 +38,10 @@ export function progressOf(kinds) {
     const made = search && state(search);
     // A button that is put anew between press and release is not pressed: while it runs only the words change.
     const words = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
-    if (words) words.textContent = made[1].textContent;
-    else fill(host, made);
+    if (words) {
+      words.textContent = made[1].textContent;
+      host.lastElementChild.replaceWith(made.at(-1));
+    } else fill(host, made);
   };
   onTick(hear);
   if (desk) hear(desk.tick);
