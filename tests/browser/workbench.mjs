@@ -103,11 +103,49 @@ async function names() {
   await page.waitForFunction(before => document.querySelector("figure").dataset.drawn === before, whole);
 }
 
+async function looks() {
+  step("the error over time and frequency, the unknown torque over a channel, another log over this one");
+  const body = page.locator("figure[data-block=body]").first();
+  await body.getByText("by time, frequency and operating point").click();
+  await body.getByRole("img", { name: /^Error over time/ }).waitFor();
+  await body.getByRole("img", { name: /^Error over frequency/ }).waitFor();
+  await picture("2-where");
+  const torque = page.locator("figure", { has: page.getByRole("heading", { name: "Unknown torque" }) });
+  await torque.getByLabel(/against a channel/).selectOption("body_angle_rad");
+  const drawing = torque.getByRole("img", { name: /over body_angle_rad/ });
+  await drawing.waitFor();
+  // Its mean and both edges of its band, over twenty parts of the channel or so.
+  const points = await drawing.locator("polyline").evaluateAll(all => all.map(it => it.getAttribute("points").split(" ").length));
+  check(points.length === 3 && points.every(it => it > 15), "unknown torque over a channel: " + points);
+  await torque.scrollIntoViewIfNeeded();
+  await picture("2-torque-over-angle");
+  await page.getByLabel("draw over the log that is shown: rotorbench-demo/train.csv").check();
+  // Only what is seen is drawn.
+  await body.evaluate(it => it.scrollIntoView());
+  await body.locator(".u-legend").first().getByText("train.csv").waitFor();
+  await picture("2-two-logs");
+  await page.getByLabel("draw over the log that is shown: rotorbench-demo/train.csv").uncheck();
+  await body.locator(".u-legend").first().getByText("train.csv").waitFor({ state: "detached" });
+}
+
 async function ask() {
   step("what is missing");
+  // What was fitted so far is shown while it searches, and gone with the answer.
+  await page.evaluate(() => new MutationObserver(() => { window.saw ||= document.querySelector("#ask .tried")?.rows.length; })
+    .observe(document.querySelector("#ask"), { childList: true, subtree: true }));
   await page.getByRole("button", { name: "What is missing?" }).click();
   await page.locator("#verdict[data-verdict=missing_effect]").waitFor();
+  check(await page.evaluate(() => window.saw) > 1, "candidates are shown as they are fitted");
   await picture("3-answer");
+  step("the card of a candidate");
+  const named = page.locator(".candidates summary").first();
+  await named.hover();
+  const card = page.getByRole("tooltip");
+  await card.waitFor();
+  check((await card.textContent()).includes(await named.textContent()), "the card is of another effect");
+  await picture("3-card");
+  await page.mouse.move(500, 300);
+  await card.waitFor({ state: "hidden" });
   const effect = await page.locator("button[data-add]").first().getAttribute("data-add");
   step("tried before it is added: " + effect);
   await page.getByRole("button", { name: "try " + effect }).click();
@@ -130,6 +168,7 @@ async function add(effect) {
   await picture("4-added-dark");
   await page.emulateMedia({ colorScheme: "light" });
   await page.locator("figure[data-block=body][data-scheme=light]").first().waitFor();
+  check(await rung.locator("table .number").count() > 0, "the rung has its numbers beside it");
   const after = rung.locator("[data-is=after]");
   const [shown, text] = [await after.getAttribute("data-value"), await after.textContent()];
   const commands = await texts("#shell .commands code");
@@ -188,6 +227,18 @@ async function back() {
   await page.locator("[data-error-of=step-1]").first().waitFor();
   check(JSON.stringify(await texts("#shell .commands code")) === JSON.stringify(commands), "what was done is remembered");
   check(await page.locator(".notice").count() === 0, "nothing is said of logs that are as they were");
+}
+
+async function second() {
+  step("a second tab sees the same, and is closed");
+  const other = await context.newPage();
+  await other.goto(new URL("/", page.url()).href);
+  await other.locator("[data-rung]").first().waitFor();
+  await other.getByRole("button", { name: "work on paper" }).click();
+  await page.getByText("Ladder of paper").waitFor();
+  await other.close();
+  await page.getByRole("button", { name: "work on step-1" }).click();
+  await page.getByText("Ladder of step-1").waitFor();
 }
 
 async function cancelled() {
@@ -290,6 +341,23 @@ async function law() {
   check(await page.locator(".notice").count() === 0, "nothing is left out");
 }
 
+async function identified() {
+  step("a model of the bench from its logs, and beside the command by hand");
+  await page.goto(await start("teeth_1.csv", "teeth_2.csv"));
+  await drawn();
+  await page.getByRole("button", { name: "Identify this bench" }).first().click();
+  await page.getByRole("button", { name: "work on identified-1" }).waitFor();
+  await page.locator("[data-error-of=identified-1]").first().waitFor();
+  await drawn();
+  await picture("9-identified");
+  const own = join(folder, "identified by hand");
+  execFileSync("mkdir", ["-p", own]);
+  for (const log of ["teeth_1.csv", "teeth_2.csv"]) writeFileSync(join(own, log), readFileSync(join(folder, log)));
+  byHand(await texts("#shell .commands code"), own, "");
+  const model = await saved(() => page.getByRole("button", { name: "save model identified-1" }).click(), "identified-1.toml");
+  check(model.equals(readFileSync(join(own, "identified-1.toml"))), "the model of the bench is another by hand");
+}
+
 async function columns() {
   step("a log of another program: its columns mended and confirmed");
   await page.goto(await start("stand_1.csv", "stand_2.csv"));
@@ -372,13 +440,16 @@ let failed = null;
 try {
   await demo();
   await names();
+  await looks();
   const effect = await ask();
   await add(effect);
   await exported();
   await back();
+  await second();
   await cancelled();
   await wicked();
   await law();
+  await identified();
   await columns();
   await grows();
   await live();

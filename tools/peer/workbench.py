@@ -21,6 +21,8 @@ PATIENCE_S = 900
 # Shares of the log that are looked at, from where: all of it, zoomed in step by step, then panned.
 WINDOWS = [(0, 1), (0, 0.5), (0.25, 0.25), (0.3, 0.1), (0.31, 0.03), (0.4, 0.03), (0.6, 0.01), (0.9, 0.01), (0.2, 0.2), (0.8, 0.2)]
 ROUNDS = 5
+# How long a search has gone on when it is cancelled [s]: within its first fits, and in the middle of it.
+SEARCHED_S = [0.2, 1, 3, 8]
 
 
 class Page:
@@ -44,6 +46,14 @@ class Page:
         if answer.status != 200:
             sys.exit(f"{path}: {answer.status} {text[:200]}")
         return text
+
+    def act(self, name, **fields):
+        origin = f"http://{self.connection.host}:{self.connection.port}"
+        self.connection.request("POST", "/api/act", json.dumps({"act": name, **fields}), {"Cookie": self.cookie, "Origin": origin})
+        answer = self.connection.getresponse()
+        text = answer.read()
+        if answer.status != 200:
+            sys.exit(f"{name}: {answer.status} {text[:200]}")
 
     def log(self):
         return json.loads(self.get("/api/desk"))["logs"][0]
@@ -95,6 +105,20 @@ def looked_at(page, log, query):
     return taken
 
 
+def cancelled(page):
+    """[s] from the wish to end a search until it has ended, at several moments of it."""
+    taken = []
+    for after in SEARCHED_S:
+        page.act("diagnose")
+        time.sleep(after)
+        before = time.perf_counter()
+        page.act("cancel")
+        while json.loads(page.get("/api/desk"))["tick"]["search"]["state"] == "running":
+            time.sleep(0.005)
+        taken.append(time.perf_counter() - before)
+    return max(taken)
+
+
 def table(rows):
     page = Page(recorded(program, folder, rows, 1))
     count, size = bytes_of_page(page)
@@ -114,6 +138,7 @@ def table(rows):
         line(rows, f"pan or zoom, {what}: slowest", f"{max(taken):.1f}", "ms", 50)
     line(rows, f"page, {count} files", f"{size / 1000:.0f}", "kB", 400)
     line(rows, "memory of the server, greatest", f"{page.memory_mb():.0f}", "MB", 1000)
+    line(rows, "a search cancelled: until it has ended, slowest", f"{cancelled(page):.2f}", "s", 1)
     page.end()
 
 
