@@ -123,3 +123,34 @@ fn a_search_is_cancelled_and_leaves_the_desk_as_it_was() {
     assert!(desk["tick"]["search"]["why"].to_string().contains("no_such_effect"), "{}", desk["tick"]);
     assert_eq!(desk["models"].as_array().map(Vec::len), Some(1));
 }
+
+#[test]
+fn any_rung_is_looked_at_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = demo_logs_in(folder.path()).expect("recorded");
+    let it = Running::with(&demo.logs);
+    it.wait_for("open", |desk| desk["logs"][1]["state"] == "open" && desk["logs"][0]["state"] == "open");
+    for (count, effect) in [(2, "gravity_pendulum"), (3, "torque_bias")] {
+        assert_eq!(it.act(&json!({ "act": "add", "effects": [effect] }).to_string()).status, 200);
+        let is_added = |desk: &Value| desk["models"].as_array().is_some_and(|all| all.len() == count);
+        it.wait_for("added", |desk| is_done(desk) && is_added(desk));
+    }
+    let names =
+        |desk: &Value| (chosen(desk)["name"].clone(), chosen(desk)["ladder"].as_array().map(Vec::len));
+    let rung = |steps: usize| it.act(&json!({ "act": "rung", "steps": steps }).to_string()).status;
+    assert_eq!(names(&it.json("/api/desk")), (json!("step-2"), Some(2)));
+    // The model of that rung is here; then it is not, and the chosen one is stepped back to there.
+    assert_eq!(rung(1), 200);
+    let desk = it.json("/api/desk");
+    assert_eq!(names(&desk), (json!("step-1"), Some(1)));
+    let (first, models) = (&desk["chosen"], desk["models"].as_array().expect("models"));
+    let second = models.iter().find(|model| model["name"] == "step-2").expect("it is there");
+    assert_eq!(it.act(&json!({ "act": "choose", "model": second["id"] }).to_string()).status, 200);
+    assert_eq!(it.act(&json!({ "act": "close_model", "model": first }).to_string()).status, 200);
+    assert_eq!(rung(1), 200);
+    let desk = it.json("/api/desk");
+    assert_eq!(names(&desk), (json!("step-3"), Some(1)));
+    let last = desk["done"].as_array().and_then(|done| done.last()).expect("a command").to_string();
+    assert!(last.contains("extend --model step-2.toml --step-back -o step-3.toml"), "{last}");
+    assert_eq!((rung(0), rung(2)), (409, 409), "the base is no rung, and there is no second one any more");
+}
