@@ -103,22 +103,29 @@ fn actuator(
             side: side(rotor),
         };
         let modelled = rotor_run(equations, &input, rows.start == 0, (shown, &measured), is_slow);
-        // What a first-order rotor does one sample ahead: the residual less what it had coming.
-        let mut before: Option<usize> = None;
-        for k in (0..measured.len()).filter(|k| measured[*k].is_finite()) {
-            if let Some(j) = before.replace(k) {
-                let kept = (-model.actuator.pole * (time[k] - time[j])).exp();
-                let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
-                if step.is_finite() {
-                    squares += step * step;
-                    count += 1.0;
-                }
-            }
-        }
+        let (added, over) = one_step_squares(time, (&measured, &modelled), model.actuator.pole);
+        (squares, count) = (squares + added, count + over);
         add(&mut block, in_part.then_some(&measured), rows, &modelled);
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
+}
+
+/// Squares of what a first-order rotor does one sample ahead, and how many: the residual less what it had coming.
+fn one_step_squares(time: &[f64], (measured, modelled): (&[f64], &[f64]), pole: f64) -> (f64, f64) {
+    let (mut squares, mut count) = (0.0, 0.0);
+    let mut before: Option<usize> = None;
+    for k in (0..measured.len()).filter(|k| measured[*k].is_finite()) {
+        if let Some(j) = before.replace(k) {
+            let kept = (-pole * (time[k] - time[j])).exp();
+            let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
+            if step.is_finite() {
+                squares += step * step;
+                count += 1.0;
+            }
+        }
+    }
+    (squares, count)
 }
 
 /// Rate that the telemetry would show over a stretch, started at the first measured value; of `scored` a slow state is learned.

@@ -123,7 +123,8 @@ pub fn noise_left(left: &Left) -> SensorNoise {
 /// Share of the variance of noise with this memory that third differences of readings `stride` apart show.
 fn visible(memory: f64, stride: i32) -> f64 {
     let kept = memory.powi(stride);
-    1.0 - 1.5 * kept + 0.6 * kept.powi(2) - 0.1 * kept.powi(3)
+    // Of the weights 1, -3, 3, -1: the sums of products of weights 0, 1, 2 and 3 apart, twice but for the first.
+    (20.0 - 30.0 * kept + 12.0 * kept.powi(2) - 2.0 * kept.powi(3)) / 20.0
 }
 
 /// The memory of first order with which noise shows as much over each of several strides as is there; 0 where it is hardly any; `None` where none
@@ -148,7 +149,7 @@ fn memory(left: &Left, next: &[f64]) -> Option<f64> {
         (sizes.iter().map(over).map(|(count, over)| count * (over - mean).powi(2)).sum::<f64>() / all).sqrt()
     };
     let longest = (-1.0 / THRESHOLDS.longest_noise_memory).exp();
-    let tried = (0..=100).map(|part| 0.01 * f64::from(part) * longest);
+    let tried = (0..=TRIED).map(|part| f64::from(part) / f64::from(TRIED) * longest);
     let best = tried.min_by(|a, b| misfit(*a).total_cmp(&misfit(*b)))?;
     // The scatter of the memory that white noise shows.
     let chance = THRESHOLDS.memory_errors * THIRD_DIFFERENCE_SCATTER / (next.len() as f64).sqrt();
@@ -157,6 +158,9 @@ fn memory(left: &Left, next: &[f64]) -> Option<f64> {
     }
     (misfit(best) <= THRESHOLDS.memory_misfit).then_some(best)
 }
+
+/// Memories that are tried, from none to the longest: a hundredth is below what any record shows.
+const TRIED: u32 = 100;
 
 /// Standard deviation of the memory that white noise shows, times the root of the readings: their third differences resemble each
 /// other, 1 + 2 (0.75² + 0.3² + 0.05²) = 2.3 times as few are independent.

@@ -136,6 +136,11 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     for (models, lines) in once(said) {
         page.list(lines.into_iter().map(|line| format!("**{models}** {line}")));
     }
+    details_of_each(page, &blocks);
+}
+
+/// Models that fail alike are shown once.
+fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &Block)]) {
     page.details("Where it fails in detail", |page| {
         for (at, (comparison, block)) in blocks.iter().enumerate() {
             let is_same =
