@@ -12,10 +12,10 @@ use crate::screening::Finding;
 use crate::screening::body::Body;
 use crate::screening::channel::rates_of_both;
 use crate::screening::channel_noise::ChannelNoise;
-use crate::signal::columns::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND};
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::ROTORS;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND};
 
 /// The code: a body that does not move, whatever the torque on it.
 pub const BODY_HELD: &str = "body_held_still";

@@ -10,9 +10,9 @@ use super::saturation::SATURATED;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 use crate::screening::channel::{Channel, Judgement};
-use crate::signal::columns::{self, BODY_ANGLE, BODY_RATE, COMMANDS, TORQUE_COMMAND};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
+use crate::signal::columns::{self, BODY_ANGLE, BODY_RATE, COMMANDS, TORQUE_COMMAND};
 
 /// The code: a gyroscope that stood still to the last digit.
 pub const GYRO_FROZEN: &str = "gyro_frozen";

@@ -7,10 +7,10 @@ use std::ops::Range;
 
 use super::frozen_gyro::{self, GYRO_FROZEN};
 use crate::log::signals::rotor_of;
-use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_RATE};
 use crate::screening::column::{Column, Remark};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
+use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_RATE};
 
 /// The code: one value for longer than the channel's motion explains.
 pub const PERHAPS_FROZEN: &str = "perhaps_frozen";
@@ -66,7 +66,8 @@ fn without_plateaus(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>
             .is_some_and(|next| (next - values[run.start]).abs() <= THRESHOLDS.battery_step * step)
     };
     let longest = runs.iter().filter(|run| goes_on(run)).map(Range::len).max().unwrap_or(0);
-    let is_last =
-        |run: &Range<usize>| run.end == values.len() && run.len() <= THRESHOLDS.battery_last_plateau * longest;
+    let is_last = |run: &Range<usize>| {
+        run.end == values.len() && run.len() <= THRESHOLDS.battery_last_plateau * longest
+    };
     runs.into_iter().filter(|run| !goes_on(run) && !is_last(run)).collect()
 }

@@ -2,8 +2,8 @@
 
 use super::battery_saturated::BATTERY_SATURATED;
 use super::saturation::{self, SATURATED, piles};
-use crate::signal::columns::{BATTERY_VOLTAGE, COMMANDS};
 use crate::screening::column::{Column, Remark};
+use crate::signal::columns::{BATTERY_VOLTAGE, COMMANDS};
 
 /// The code: a channel that piles up at one value.
 pub const PERHAPS_SATURATED: &str = "perhaps_saturated";

@@ -122,7 +122,8 @@ impl RotorLog {
             return None;
         }
         let measured = || (rows.start..end).filter(|row| self.rate[*row].is_finite());
-        let late = measured().filter(|row| since(*row) > THRESHOLDS.transient_late * THRESHOLDS.transient_seen);
+        let late =
+            measured().filter(|row| since(*row) > THRESHOLDS.transient_late * THRESHOLDS.transient_seen);
         let level = median(late.clone().map(|row| self.rate[row]))?;
         let scatter = median(late.map(|row| (self.rate[row] - level).abs()))?;
         let from =
