@@ -96,6 +96,18 @@ impl BlockData {
         floors
     }
 
+    /// The same with only what surely is noise. A search goes by these floors: a law that has not been found yet may look like noise
+    /// with a memory, and what all laws together leave is judged by [`BlockData::floors`].
+    #[must_use]
+    pub fn white_floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
+        let mut floors = self.sigma;
+        for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
+            let white = self.noise[channel].white_in_residual(residuals, &self.pieces(channel), *floor);
+            *floor = white.hypot(self.carried[channel] / inertia);
+        }
+        floors
+    }
+
     /// What a model says that leaves these residuals over the data's own sigma, in the channels' units; not-a-number where nothing was
     /// measured.
     fn modelled(&self, residuals: &[f64]) -> Vec<f64> {

@@ -60,16 +60,23 @@ pub(crate) fn period(split: &DataSplit) -> usize {
 
 /// Noise floors from the answer's residuals on both parts.
 pub(crate) fn joint_floors(split: &DataSplit, best: &CandidateFit) -> [f64; 2] {
-    let (train, validate) = (
-        split.train.floors(&best.fit.residuals.all(), best.model.body.inertia),
-        split.validate.floors(&best.held_out.residuals.all(), best.model.body.inertia),
-    );
+    on_both_parts(split, best, BlockData::floors)
+}
+
+fn on_both_parts(
+    split: &DataSplit,
+    best: &CandidateFit,
+    floors: impl Fn(&BlockData, &[f64], f64) -> [f64; 2],
+) -> [f64; 2] {
+    let inertia = best.model.body.inertia;
+    let train = floors(&split.train, &best.fit.residuals.all(), inertia);
+    let validate = floors(&split.validate, &best.held_out.residuals.all(), inertia);
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 
 /// Weighs each channel of the split by how large its noise is.
 pub(crate) fn weigh_channels(split: &mut DataSplit, fitted: &CandidateFit) {
-    let floors = split.train.floors(&fitted.fit.residuals.all(), fitted.model.body.inertia);
+    let floors = split.train.white_floors(&fitted.fit.residuals.all(), fitted.model.body.inertia);
     let weight = |channel: usize| {
         floors[channel].max(THRESHOLDS.least_channel_weight * fitted.channel_error(split, channel, false))
     };
@@ -159,7 +166,8 @@ pub(crate) fn indistinguishable(
     let used = residuals.iter().flat_map(|it| it.measured()).filter(|value| **value != 0.0).count();
     // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
     // leaves unexplained blurs the difference between laws.
-    let left = 1.0 - (floor(split, &joint_floors(split, best)) / best.validate(split)).clamp(0.0, 1.0);
+    let floors = on_both_parts(split, best, BlockData::white_floors);
+    let left = 1.0 - (floor(split, &floors) / best.validate(split)).clamp(0.0, 1.0);
     let tolerance = (2.0 * THRESHOLDS.same_likelihood / used.max(1) as f64).max(THRESHOLDS.same_error)
         + THRESHOLDS.indistinguishable_share * left;
     let limit = |fitted: &CandidateFit| {

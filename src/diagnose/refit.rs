@@ -147,7 +147,7 @@ impl Search<'_> {
             return;
         }
         let [.., answer] = &fits;
-        split.set_sigma(split.train.floors(&answer.fit.residuals.all(), answer.model.body.inertia));
+        split.set_sigma(split.train.white_floors(&answer.fit.residuals.all(), answer.model.body.inertia));
         for fitted in fits {
             let inside: Vec<&Effect> =
                 self.known.iter().filter(|effect| fitted.model.has(&effect.id)).collect();

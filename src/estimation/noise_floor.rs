@@ -96,15 +96,26 @@ pub struct Left<'a> {
     pub carried: f64,
 }
 
+/// Rms of what surely is noise in residuals, in their unit: the white and steady part, with the steps of the reading.
+#[must_use]
+pub fn white_left(residual: &[f64], pieces: &[Range<usize>], step: f64) -> f64 {
+    white_part(&differences(residual, pieces, 1), step)
+}
+
+fn white_part(next: &[f64], step: f64) -> f64 {
+    let white = typical(next);
+    if is_coarse(white, step) { with_steps(white, pooled(next), step) } else { white }
+}
+
 /// The noise in what a model leaves of a channel. Where all of it can be noise, low-passed or coming and going, it is its rms: seen from
 /// sample to sample, in squares, and extrapolated by the memory that differences over several rows show. Noise must then be all that is left,
 /// have the memory of a few rows, and know nothing of what the model does. Else only the white and steady part surely is noise.
 #[must_use]
 pub fn noise_left(left: &Left) -> SensorNoise {
     let next = differences(left.residual, left.pieces, 1);
-    let white = typical(&next);
-    if is_coarse(white, left.step) {
-        return SensorNoise::white(with_steps(white, pooled(&next), left.step));
+    let white = white_part(&next, left.step);
+    if is_coarse(typical(&next), left.step) {
+        return SensorNoise::white(white);
     }
     let memory = memory(left, &next);
     let rms = memory.map_or(0.0, |memory| pooled(&next) / visible(memory, 1).sqrt());

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_by_blocks::{NoiseBlocks, noise_by_blocks};
-use crate::estimation::noise_floor::{Left, SensorNoise, noise_left, with_steps};
+use crate::estimation::noise_floor::{Left, SensorNoise, noise_left, white_left, with_steps};
 use crate::estimation::quantization_step::quantization_step;
 
 const BLOCKS: NoiseBlocks = NoiseBlocks {
@@ -55,5 +55,11 @@ impl ChannelNoise {
         let (step, carried) = (self.step / unit, carried / unit);
         let found = noise_left(&Left { residual, modelled, pieces, step, carried });
         SensorNoise { rms: (unit * found.rms).max(self.resolution), ..found }
+    }
+
+    /// Rms of what surely is noise in a residual over `unit`, in the channel's unit.
+    #[must_use]
+    pub fn white_in_residual(&self, residual: &[f64], pieces: &[Range<usize>], unit: f64) -> f64 {
+        (unit * white_left(residual, pieces, self.step / unit)).max(self.resolution)
     }
 }
