@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn only_what_is_scored_has_a_residual() {
         let trace = Trace {
-            rows: SampleRows::of(vec![1..4]),
+            rows: SampleRows::of(vec![1..3, 3..4]),
             time: vec![0.0, 0.1, 0.2, 0.3].into(),
             measured: Measured::Column(vec![9.0, 1.0, f64::NAN, 3.0].into()),
             modelled: vec![0.5, 0.5, 0.5].into(),

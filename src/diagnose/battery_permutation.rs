@@ -19,8 +19,6 @@ use crate::model::Effect;
 use crate::signal::Channel;
 use crate::threads::spread;
 
-/// The signal in an expression.
-
 /// Whether a law reads the battery.
 pub(crate) fn reads(effect: &Effect) -> bool {
     match &effect.law {

@@ -18,7 +18,7 @@ pub fn rotor_error(model: &Model, logs: &[&[ScreenedLog]]) -> Option<RotorError>
     let samples = errors.len();
     let squares: f64 = errors.iter().map(|error| error * error).sum();
     let largest = errors.iter().fold(0.0, |most: f64, error| most.max(error.abs()));
-    let (lowest_command, highest_command) = extremes(commands.into_iter());
+    let (lowest_command, highest_command) = extremes(commands);
     let rms = (squares / samples as f64).sqrt();
     (rms > 0.0 && largest.is_finite()).then_some(RotorError {
         rms,

@@ -172,7 +172,8 @@ mod tests {
         let mut seed = 1_u64;
         for digits in 0..2_000 {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let value = f64::from_bits(seed >> 2 | 1 << 61) * if seed % 3 == 0 { -1.0 } else { 1e-3 };
+            let value =
+                f64::from_bits(seed >> 2 | 1 << 61) * if seed.is_multiple_of(3) { -1.0 } else { 1e-3 };
             texts.push(format!("{value}"));
             texts.push(format!("{:.*}", digits % 24, value % 1e6));
             texts.push(format!("{}", (value % 1e6).fract()));
