@@ -187,14 +187,13 @@ fn compared_with(line: &str) -> Vec<f64> {
 /// of [`OTHER_NUMBERS`] are left out, and what is shown (`report`).
 const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("cli/brief.rs", &["130", "390", "60"], "lengths of a text"),
-    ("cli/design.rs", &["180.0", "1e6"], "degrees of half a turn; the largest number that an option takes"),
+    ("cli/design.rs", &["1e6"], "the largest number that an option takes"),
     ("cli/monitor.rs", &["10"], "looks before there is anything to show"),
     (
         "cli/progress.rs",
         &["40", "50", "80"],
         "a bar: its length, how often it is drawn, how wide a terminal is",
     ),
-    ("compare/unknown_torque.rs", &["4"], "states"),
     ("control/allocate.rs", &["100"], "percent"),
     ("control/controller.rs", &["3"], "a code of recordings"),
     ("diagnose/block_builder.rs", &["3"], "coefficients of a cubic"),
@@ -212,7 +211,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
         &["1.5", "100"],
         "the root of 2.3, which the line before derives; how finely it is tried",
     ),
-    ("estimation/normal_equations.rs", &["64", "8"], "pieces of work"),
+    ("estimation/normal_equations.rs", &["8"], "pieces of work"),
     ("estimation/ranks.rs", &["11", "14"], "size of a table"),
     (
         "estimation/third_differences.rs",
@@ -248,7 +247,6 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("session/dronecan_parameters.rs", &["13"], "bits of a number"),
     ("session/dronecan_wire.rs", &["50_000_000"], "how often it is looked what to send"),
     ("session/machine/host.rs", &["1000"], "the first user who is no part of the system"),
-    ("studies/jitter/config.rs", &["86_400.0"], "a day"),
     ("workbench/door.rs", &["32"], "bytes of a token"),
     ("workbench/guesses.rs", &["4"], "rotors that are offered"),
     ("workbench/live.rs", &["500"], "how often a bench that is gone is looked for"),
