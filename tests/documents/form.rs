@@ -76,7 +76,11 @@ const PLACES: [(&str, &[&str], &str); 10] = [
     ("scores", &["scores", "errors", "laws", "noise", "three", "coarse"], "campaign"),
     ("speed", &["peers"], "peers"),
     ("speed", &["bench"], "bench"),
-    ("long-runs", &["lockstep", "replay", "hour", "campaign", "real-time", "bus", "shifts"], "soak"),
+    (
+        "long-runs",
+        &["lockstep", "replay", "hour", "campaign", "real-time", "bus", "shifts", "speeds"],
+        "soak",
+    ),
     ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
     ("real-logs", &["logs"], "soak"),
     ("scale", &["scale"], "scale"),
