@@ -18,8 +18,8 @@ use crate::threads::spread;
 pub(crate) struct Noise(BTreeMap<String, f64>);
 
 impl Noise {
-    /// What a model leaves, where all of it can be noise. Else the smallest of what the signal itself shows and what each model leaves
-    /// of it: a model that follows a fast signal uncovers the noise below it, and no model can make noise smaller.
+    /// What the signal itself shows in its quiet stretches, unless what a model leaves says clearly otherwise: a model that follows a
+    /// fast signal uncovers the noise below it, and where all that it leaves can be noise, coloured noise or bursts count with their rms.
     pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
         let segments = log.segments();
         let columns: Vec<(&str, &[f64])> =
@@ -39,9 +39,10 @@ impl Noise {
                 let found = own.iter().filter(|left| left.is_all == is_all).map(|left| left.rms);
                 found.reduce(f64::min)
             };
-            // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
-            let clearly = |left: &f64| *left < THRESHOLDS.clearly_less_noise * alone;
-            (name.clone(), least(true).or_else(|| least(false).filter(clearly)).unwrap_or(*alone))
+            // The smaller of two estimates of one noise would lie below both: only a clear difference counts.
+            let is_less = |left: &f64| is_clearly_less(*left, *alone);
+            let all = least(true).filter(|left| is_less(left) || is_clearly_less(*alone, *left));
+            (name.clone(), all.or_else(|| least(false).filter(is_less)).unwrap_or(*alone))
         };
         Self(channels.iter().map(of_signal).collect())
     }
@@ -65,7 +66,14 @@ fn left_by(run: &BlockRun, log: &Dataset, channel: &ChannelNoise) -> Option<Sens
         // The noisy start of a window moves all of it along a line.
         run.pieces.iter().for_each(|piece| level(&mut residual[piece.clone()]));
     }
-    Some(channel.in_residual((&residual, &run.modelled), &run.pieces, 0.0, 1.0))
+    let white = channel.in_signal(&residual, &run.pieces);
+    let all = channel.in_residual((&residual, &run.modelled), &run.pieces, 0.0, 1.0);
+    let is_more = all.is_all && is_clearly_less(white, all.rms);
+    Some(if is_more { all } else { SensorNoise::white(white) })
+}
+
+fn is_clearly_less(one: f64, other: f64) -> bool {
+    one < THRESHOLDS.clearly_less_noise * other
 }
 
 /// Takes the straight line through them off the values that are there.
@@ -127,5 +135,36 @@ mod tests {
         assert!(alone > 0.008, "{alone}");
         // 4,800 correlated differences know it to about 1.7 %.
         assert!((found / 0.004 - 1.0).abs() < 0.06, "{found}");
+    }
+
+    /// A speed that moves slowly, read through a filter of three rows: differences of the signal show a fraction of its noise, what the
+    /// true model leaves shows all. Of a model that misses something that is no noise, the fraction stays.
+    #[test]
+    fn filtered_noise_counts_with_its_rms_where_it_is_all_that_is_left() {
+        use super::super::block_run::NoisePath;
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);
+        let normal = Normal::new(0.0, 1.0).unwrap();
+        let keep = f64::exp(-1.0 / 3.0);
+        let mut filtered = 0.0;
+        let mut next = || {
+            filtered = keep * filtered + (1.0 - keep * keep).sqrt() * normal.sample(&mut rng);
+            2.0 * filtered
+        };
+        let time: Vec<f64> = (0..6_000).map(|k| 0.01 * f64::from(k)).collect();
+        let speed: Vec<f64> =
+            time.iter().map(|t| 600.0 + 100.0 * (0.7 * t).sin() * (1.9 * t).cos()).collect();
+        let read: Vec<f64> = speed.iter().map(|speed| speed + next()).collect();
+        let wrong: Vec<f64> =
+            speed.iter().zip(&time).map(|(speed, t)| speed + 8.0 * (6.0 * t).sin()).collect();
+        let mut log = Dataset::new("here", "", time).unwrap();
+        log.insert(PROPELLER_RATES[0], read).unwrap();
+        let found = |modelled: &[f64]| {
+            let mut run = BlockRun::new("actuator_1", PROPELLER_RATES[0], "rad/s", &[], NoisePath::Sensor);
+            run.add(0..6_000, modelled);
+            Noise::estimate(&log, &[vec![run]]).of(PROPELLER_RATES[0])
+        };
+        // 6,000 readings with a memory of three rows know it to about 3 %.
+        assert!((found(&speed) / 2.0 - 1.0).abs() < 0.1, "{}", found(&speed));
+        assert!(found(&wrong) < 1.2, "{}", found(&wrong));
     }
 }

@@ -107,10 +107,9 @@ fn a_model_of_version_0_1_0_predicts_what_it_predicted() {
     for (block, then) in blocks.iter().zip(then) {
         let numbers = ["rms", "noise_floor"]
             .map(|key| [block, then].map(|block| block["error"][key].as_f64().expect("a number")));
-        // A free run summed in another order differs in the last digits; a law read otherwise by per cents. The floor is no prediction:
-        // noise is estimated in another way since, from the same readings, whose own scatter is some per cents.
-        for ([now, was], share) in numbers.into_iter().zip([1e-6, 0.1]) {
-            assert!((now - was).abs() < share * was, "{}: {now} for {was}", then["name"]);
+        // A free run summed in another order differs in the last digits; a law read otherwise by per cents.
+        for [now, was] in numbers {
+            assert!((now - was).abs() < 1e-6 * was, "{}: {now} for {was}", then["name"]);
         }
     }
 }
