@@ -50,7 +50,7 @@ use crate::threads::{both, spread};
 pub use config::CompareConfig;
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
 pub use error::CompareError;
-pub use regimes::{Failure, Group};
+pub use regimes::{Failure, Regime};
 pub use run::Run;
 pub use score::{Block, ErrorStatistics};
 pub use spectrum::Spectrum;

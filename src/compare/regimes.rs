@@ -19,7 +19,7 @@ pub struct Failure {
     /// Middle [s] of equal stretches of time, and rms of the error there, in the signal's unit.
     pub over_time: Vec<(f64, f64)>,
     /// The error where the modelled signal rests, rises and falls.
-    pub groups: Vec<Group>,
+    pub groups: Vec<Regime>,
     /// The error over frequency.
     pub spectrum: Option<Spectrum>,
     /// What it depends on, the strongest first; for the body, what the unknown torque depends on.
@@ -31,7 +31,7 @@ pub struct Failure {
 /// The error over samples of one kind.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Group {
+pub struct Regime {
     /// `steady`, `rising`, `falling`.
     pub name: &'static str,
     /// Samples of this kind.
@@ -115,7 +115,7 @@ fn over_time(time: &[f64], residual: &[f64]) -> Vec<(f64, f64)> {
     middles.zip(sums).map(|(at, (sum, count)): (f64, (f64, f64))| (at, (sum / count).sqrt())).collect()
 }
 
-fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usize>]) -> Vec<Group> {
+fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usize>]) -> Vec<Regime> {
     let slopes = centred_slopes_within(time, modelled, pieces, THRESHOLDS.rate_reach);
     let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), THRESHOLDS.fast_share) else {
         return Vec::new();
@@ -135,7 +135,7 @@ fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usiz
     let group = |(name, (samples, sum, squares)): (&'static str, (usize, f64, f64))| {
         let count = samples as f64;
         let share = if total > 0.0 { squares / total } else { 0.0 };
-        Group { name, samples, rms: (squares / count).sqrt(), mean: sum / count, share }
+        Regime { name, samples, rms: (squares / count).sqrt(), mean: sum / count, share }
     };
     let named = ["steady", "rising", "falling"].into_iter().zip(sums);
     named.map(group).filter(|group| group.samples > 0).collect()

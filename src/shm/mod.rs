@@ -17,12 +17,12 @@
 //! or subscriber may be killed and started again at any time: the others go on, and meet it again by themselves.
 
 mod bell;
-mod channel;
 mod claim;
 mod error;
 mod kept;
 mod leftover;
 mod place;
+mod ring;
 pub mod thresholds;
 mod topic;
 mod watch_thread;
@@ -34,12 +34,12 @@ use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_level};
 
 pub use bell::{Bell, Waiter};
-pub use channel::{Publisher, Subscriber};
 pub use error::ShmError;
 pub use leftover::{
     Leftover, PassingBench, guard_without_place, is_guarded, leftovers, running, running_places,
 };
 pub use place::{Place, SharedMemoryConfig, effective_user};
+pub use ring::{Publisher, Subscriber};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
     Payload, REQUEST, Role, SENSORS, STOPS, Topic,
@@ -120,7 +120,7 @@ impl Bench {
     pub fn subscribe<T: Payload>(&self, topic: &Topic<T>) -> Result<Subscriber<T>, ShmError> {
         let claimant = claim::read(&self.place, topic.name());
         let opened = claimant.and_then(|it| {
-            channel::Incarnation::open(&self.node, topic, &it.incarnation)
+            ring::Incarnation::open(&self.node, topic, &it.incarnation)
                 .ok()
                 .map(|incarnation| (incarnation, it.incarnation))
         });

@@ -12,8 +12,8 @@ use crossbeam::queue::ArrayQueue;
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc_threadsafe;
 
-use super::channel::Incarnation;
 use super::claim;
+use super::ring::Incarnation;
 use super::{Payload, Place, ShmError, Topic};
 
 /// [ms] how often to look when nothing is announced: bounds what a missed change can cost.

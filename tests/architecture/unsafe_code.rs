@@ -21,7 +21,7 @@ const FILES: &[(&str, &str)] = &[
     ("rt/wait.rs", "ppoll"),
     ("session/machine/host.rs", "free bytes of /dev/shm"),
     ("shm/bell.rs", "FIFOs"),
-    ("shm/channel.rs", "a type in shared memory"),
+    ("shm/ring.rs", "a type in shared memory"),
     ("shm/kept.rs", "what outlives its owner"),
     ("shm/place.rs", "users and groups"),
     ("shm/watch_thread.rs", "inotify, eventfd"),

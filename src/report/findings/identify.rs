@@ -2,7 +2,6 @@
 
 mod battery;
 mod body;
-mod columns;
 mod commands;
 mod fits;
 mod steps;
@@ -17,7 +16,6 @@ use crate::screening::Finding;
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
     battery::sentence(finding)
         .or_else(|| commands::sentence(finding))
-        .or_else(|| columns::sentence(finding))
         .or_else(|| fits::sentence(finding))
         .or_else(|| template::sentence(finding))
         .or_else(|| body::sentence(finding))

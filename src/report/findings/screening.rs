@@ -1,5 +1,6 @@
 //! Sentences for what `screening` finds.
 
+mod beside_model;
 mod cells;
 mod rotor;
 mod summary;
@@ -12,6 +13,7 @@ use crate::unit::short;
 pub(crate) fn sentence(finding: &Finding, text: fn(&Finding) -> String) -> Option<String> {
     cells::sentence(finding)
         .or_else(|| rotor::sentence(finding))
+        .or_else(|| beside_model::sentence(finding))
         .or_else(|| body(finding))
         .or_else(|| log(finding, text))
         .or_else(|| summary::sentence(finding))
@@ -64,6 +66,12 @@ fn body(finding: &Finding) -> Option<String> {
 fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
     let text = |name: &str| finding.text(name);
     let said = match finding.code {
+        "value_too_great" => format!(
+            "`{}` is {:e} at {} s: no bench measures that; leave such cells empty, or `import` with `valid` in the mapping",
+            finding.subject,
+            finding.number("value"),
+            finding.number("at_s")
+        ),
         "log_not_used" => format!("not used: {}", reason(finding, said_of)),
         "validation_log_was_fitted" => {
             let same = if finding.log == text("same_as") {

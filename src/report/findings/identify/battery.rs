@@ -67,19 +67,6 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
              which the log was made, with p including how the battery gives way under load",
             short(n("voltage_v"))
         ),
-        "battery_reading_gap" => format!(
-            "`battery_voltage_v` has no reading between {:.1} and {:.1} s: the one before is taken for all of that time, and k_V \
-             and g(u) are off by what the battery did meanwhile; leave that part of the log out",
-            n("from_s"),
-            n("to_s")
-        ),
-        "battery_reading_frozen" => format!(
-            "`battery_voltage_v` reads exactly {} V from {:.1} to {:.1} s: if that reading froze, k_V and g(u) are off; leave \
-             that part of the log out",
-            short(n("voltage_v")),
-            n("from_s"),
-            n("to_s")
-        ),
         "battery_quantized" => format!(
             "`battery_voltage_v` is read in steps of {} V, and crosses too few of them to show how it fell: k_V and g(u) may be \
              off by more than their errors say; read it finer, or record a longer discharge",

@@ -21,12 +21,6 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             digits(number("pole_rad_s"), 3),
             digits(number("needed_hz"), 2)
         ),
-        "value_too_great" => format!(
-            "`{}` is {:e} at {} s: no bench measures that; leave such cells empty, or `import` with `valid` in the mapping",
-            finding.subject,
-            number("value"),
-            number("at_s")
-        ),
         "command_out_of_range" => format!(
             "commands reach from {:.4} to {:.4}, but 0 to 1 is expected; scale them with `import` (percent: scale 0.01; \
              microseconds of a servo pulse: scale 0.001, offset -1)",
@@ -128,6 +122,19 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
                 (_, 0) => String::new(),
                 (used, measured) => format!("; {used} of {measured} samples are used"),
             }
+        ),
+        "battery_reading_gap" => format!(
+            "`battery_voltage_v` has no reading between {:.1} and {:.1} s: the one before is taken for all of that time, and k_V \
+             and g(u) are off by what the battery did meanwhile; leave that part of the log out",
+            number("from_s"),
+            number("to_s")
+        ),
+        "battery_reading_frozen" => format!(
+            "`battery_voltage_v` reads exactly {} V from {:.1} to {:.1} s: if that reading froze, k_V and g(u) are off; leave \
+             that part of the log out",
+            short(number("voltage_v")),
+            number("from_s"),
+            number("to_s")
         ),
         _ => return None,
     };

@@ -1,4 +1,4 @@
-//! Sentences for columns that can hardly be what their names say.
+//! Sentences for columns that, beside a model, can hardly be what their names say.
 
 use crate::screening::Finding;
 use crate::unit::short;
