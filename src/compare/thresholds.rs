@@ -11,7 +11,8 @@ crate::thresholds! {
     floor_error: f64 = 1.05, "-", "judgement";
     /// relative scatter of a noise estimate
     floor_scatter: f64 = 0.02, "-", "6,000 normal samples: 1.5 %";
-    /// the residual of a model shows the noise better than the signal itself where its estimate is below this share
+    /// share of one estimate of a noise below which another one is clearly less, and not the same within their scatter: only beyond it does
+    /// what a model leaves replace what the signal shows, and all that is left its white part
     clearly_less_noise: f64 = 0.9, "-", "judgement";
     /// third differences in windows, at least, that tell the noise of what a model leaves
     fewest_differences: usize = 200, "count", "the block of a noise estimate";

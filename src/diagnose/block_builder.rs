@@ -13,7 +13,6 @@ use super::refusal::Refusal;
 use super::rotor_block::{RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Site, Term};
-use crate::estimation::noise_floor::white_noise;
 use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
@@ -266,7 +265,12 @@ impl Rates {
         let lines = |values: &[f64]| held_throughout(&readings::carried(time, values));
         let at = lines(measured);
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));
+        let whole = 0..measured.len();
+        let size = ChannelNoise::of(measured.iter().copied()).white_in_residual(
+            measured,
+            std::slice::from_ref(&whole),
+            1.0,
+        );
         let mut carried = white(at.len(), size);
         copy_missing(&mut carried, measured);
         Self {

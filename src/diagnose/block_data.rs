@@ -102,10 +102,15 @@ impl BlockData {
     pub fn white_floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            let white = self.noise[channel].white_in_residual(residuals, &self.pieces(channel), *floor);
-            *floor = white.hypot(self.carried[channel] / inertia);
+            *floor = self.white_noise(residuals, channel).hypot(self.carried[channel] / inertia);
         }
         floors
+    }
+
+    /// Rms of what surely is noise of the channel's own sensor, in its unit, from residuals over the data's own sigma.
+    #[must_use]
+    pub fn white_noise(&self, residuals: &[f64], channel: usize) -> f64 {
+        self.noise[channel].white_in_residual(residuals, &self.pieces(channel), self.sigma[channel])
     }
 
     /// What a model says that leaves these residuals over the data's own sigma, in the channels' units; not-a-number where nothing was

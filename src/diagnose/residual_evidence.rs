@@ -6,7 +6,6 @@ use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::dependence::explained;
 use crate::estimation::moments::{mean, mean_square};
-use crate::estimation::noise_floor::white_noise;
 use crate::estimation::output_error::Fit;
 use crate::estimation::scattered::one_in;
 use crate::estimation::slope::slope;
@@ -81,7 +80,7 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
             channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
         }
     }
-    let floor = white_noise(&residuals, data.units()) * data.sigma[0];
+    let floor = data.white_noise(&residuals, 0);
     (!error.is_empty()).then(|| ResidualEvidence {
         block: format!("actuator_{number}"),
         error,
@@ -134,7 +133,7 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvide
         channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
     }
     channels.retain(|(_, values)| values.iter().any(|value| value.is_finite()));
-    let floor = white_noise(&all, &data.pieces(0)) * data.sigma[0];
+    let floor = data.white_noise(&all, 0);
     // The variance of a slope under white noise.
     let noise = floor * floor * mean(&spread);
     ResidualEvidence { block: "body".to_owned(), error, noise, channels }

@@ -87,7 +87,8 @@ crate::thresholds! {
     fewest_stretches_compared: usize = 4, "count", "judgement";
     /// standard errors by which the one parameter of an effect must differ from none
     identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
-    /// time constants of a slow state that the longest run must last: less is a level of its own for each run
+    /// time constants of a slow state that the longest run must last: over less its course is a constant, and the effect cannot be told from a level
+    /// of its own for each run
     least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which the one parameter of an effect must differ from none, for an effect whose state at the start of each run is free, too
     identifiable_slow: f64 = 3.0, "-", "development cases of tools/campaign";

@@ -65,9 +65,11 @@ crate::thresholds! {
     noise_strides: [i32; 7] = [1, 2, 3, 4, 6, 8, 12], "rows", "up to what noise with the longest memory has forgotten for the most part";
     /// [rows] longest memory of a sensor's noise: what resembles itself for longer may as well be what the model misses.
     longest_noise_memory: f64 = 8.0, "rows", "judgement: a filter at a fiftieth of the sampling rate";
-    /// [-] rms of the logarithms by which the noise seen over several strides may part from that of one memory.
+    /// [-] rms distance of the logarithms of the noise's variances, seen over several strides, from those of noise with one memory: beyond
+    /// it the noise has no such memory, and only its white part counts.
     memory_misfit: f64 = 0.08, "-", "made noise of 3,000 readings and a memory of up to six rows: 0.06 in the worst of 60";
-    /// [-] what is left, over the noise seen in it and what other sensors carry into it, up to which all of it can be noise.
+    /// [-] rms of what is left, over the noise seen in it with its memory and what other sensors carry in: up to here all of it counts as
+    /// noise. Raised, a weak law passes for noise; lowered, only white and steady noise counts.
     all_noise: f64 = 1.1, "-", "`at_floor` of diagnose";
     /// Standard deviations of white noise beyond which a third difference does not tell of the memory of noise.
     outlying_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";

@@ -224,7 +224,7 @@ impl Dataset {
             .collect()
     }
 
-    /// The stretches of samples between holes.
+    /// The segments: rows without a hole between them.
     #[must_use]
     pub fn segments(&self) -> Vec<Range<usize>> {
         let mut segments = Vec::new();

@@ -35,7 +35,7 @@ pub(crate) struct RotorLog {
     pub voltage_gap: Option<(f64, f64)>,
     /// [N] not-a-number = not measured.
     pub thrust: Option<Cells>,
-    /// Stretches without holes over which every command is known.
+    /// Its stretches: segments, cut where a command is not known.
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,

@@ -342,9 +342,10 @@ crate::thresholds! {
     transient_late: f64 = 0.5, "-", "judgement";
     /// samples of one noise estimate
     noise_block: usize = 200, "count", "judgement";
-    /// rank among the estimates of the blocks that stands for the noise: a third of the record may be too fast to see it
+    /// rank, from the quietest, among the estimates of pieces of `noise_block` samples that stands for the noise: the others may move too fast
+    /// to show it. Raised, motion counts as noise
     noise_rank: f64 = 0.4, "-", "judgement";
-    /// blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent
+    /// pieces up to this many times the ranked one count as noise: their estimates scatter by a few per cent
     noise_scatter: f64 = 1.15, "-", "200 normal samples: 5 %, three times";
     /// differences beyond this many standard deviations are steps and spikes
     outlier_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";
