@@ -69,6 +69,17 @@ fn cards_are_complete_and_their_bounds_hold_their_starts() {
     }
 }
 
+/// A model file with an effect goes wherever a model goes, the emulator among them: an effect that it lacks would be refused there.
+#[test]
+fn the_emulator_has_every_effect_with_the_parameters_of_its_card() {
+    let emulated: std::collections::BTreeMap<_, _> = rotorbench::emulate::catalogue().collect();
+    for card in CATALOGUE {
+        let own: Vec<&str> = card.parameters.iter().map(|parameter| parameter.name).collect();
+        assert_eq!(emulated.get(card.id), Some(&own), "{}", card.id);
+    }
+    assert_eq!(emulated.len(), CATALOGUE.len());
+}
+
 #[test]
 fn at_its_neutral_value_an_effect_adds_nothing() {
     let mut held = 0;
