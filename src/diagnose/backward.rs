@@ -68,7 +68,7 @@ impl Search<'_> {
         known.filter(|known| known.fit.cost <= again.fit.cost).cloned().unwrap_or(again)
     }
 
-    /// The answer with each effect exchanged for those its card says it is confused with.
+    /// The answer with each effect exchanged for those that it is confused with, by its card or theirs.
     pub(crate) fn swaps(
         &self,
         split: &DataSplit,
@@ -82,21 +82,26 @@ impl Search<'_> {
         let admitted = self.admitted();
         let mut models = Vec::new();
         for id in &best.effects {
-            let confused = self.known.iter().find(|effect| effect.id == *id).and_then(|effect| effect.card);
-            for other in confused.map_or(&[][..], |card| card.confused_with) {
-                let set: Vec<String> = best
-                    .effects
-                    .iter()
-                    .map(|kept| if kept == id { (*other).to_owned() } else { kept.clone() })
-                    .collect();
-                let may = admitted.iter().any(|effect| effect.id == *other)
-                    && !best.effects.iter().any(|kept| kept == other);
-                if may && !fits.iter().any(|fitted| same_set(&fitted.effects, &set)) {
+            for other in admitted.iter().filter(|other| self.are_confused(id, &other.id)) {
+                let exchanged = |kept: &String| if kept == id { other.id.clone() } else { kept.clone() };
+                let set: Vec<String> = best.effects.iter().map(exchanged).collect();
+                let is_new = !best.effects.contains(&other.id)
+                    && !fits.iter().any(|fitted| same_set(&fitted.effects, &set));
+                if is_new {
                     models.push((best.model.without(id), set));
                 }
             }
         }
         let candidates = models.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
         run_promising(&[candidates], (usize::MAX, usize::MAX), split, self.progress)
+    }
+
+    /// Whether the card of one of two effects says that it is confused with the other.
+    fn are_confused(&self, one: &str, other: &str) -> bool {
+        let names = |of: &str, named: &str| {
+            let card = self.known.iter().find(|effect| effect.id == of).and_then(|effect| effect.card);
+            card.is_some_and(|card| card.confused_with.contains(&named))
+        };
+        names(one, other) || names(other, one)
     }
 }
