@@ -1,5 +1,7 @@
 //! Mean, mean square and standard deviation.
 
+use std::borrow::Borrow;
+
 /// The mean; not-a-number of none.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
@@ -44,8 +46,10 @@ pub fn pooled_rms(parts: impl Iterator<Item = (f64, usize)>) -> f64 {
 
 /// The mean square; zero of none.
 #[must_use]
-pub fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64
+pub fn mean_square(values: impl IntoIterator<Item: Borrow<f64>>) -> f64 {
+    let squares = values.into_iter().map(|value| value.borrow() * value.borrow());
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+    sum / f64::max(count, 1.0)
 }
 
 /// Standard deviation of the values that are there; 0 of none.
@@ -80,7 +84,7 @@ mod tests {
     #[test]
     fn of_nothing_there_is_no_mean() {
         assert!(mean(&[]).is_nan() && mean_of(std::iter::empty()).is_nan() && rms_of_finite([]).is_nan());
-        assert_eq!((mean_square(&[]), pooled_rms(std::iter::empty())), (0.0, 0.0));
+        assert_eq!((mean_square([0.0; 0]), pooled_rms(std::iter::empty())), (0.0, 0.0));
     }
 
     #[test]

@@ -61,6 +61,10 @@ crate::thresholds! {
     bins: usize = 16, "count", "judgement";
     /// [-] standard deviations of noise, in steps of the reading, from which it is seen for what it is.
     dithered: f64 = 0.5, "-", "made readings of the room's tests";
+    /// count: rows from which on the memory of noise is looked for in stretches.
+    memory_rows: usize = 240_000, "count", "judgement (time of computing): their differences know it to 0.3 %";
+    /// [rows] length of those stretches.
+    memory_stretch: usize = 10_000, "rows", "judgement: many times the longest memory";
     /// [rows] strides over which third differences show the memory of noise.
     noise_strides: [i32; 7] = [1, 2, 3, 4, 6, 8, 12], "rows", "up to what noise with the longest memory has forgotten for the most part";
     /// [rows] longest memory of a sensor's noise: what resembles itself for longer may as well be what the model misses.

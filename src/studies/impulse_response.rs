@@ -77,7 +77,7 @@ pub fn measure(run: &[Moment], struck_s: f64, window_s: f64) -> ImpulseResponse 
         }
     }
     let rms =
-        |value: &dyn Fn(&Moment) -> f64| mean_square(&window.iter().map(value).collect::<Vec<f64>>()).sqrt();
+        |value: &dyn Fn(&Moment) -> f64| mean_square(window.iter().map(value)).sqrt();
     let disturbance_error = rms(&|moment| moment.estimate - moment.disturbance);
     ImpulseResponse {
         peak,
