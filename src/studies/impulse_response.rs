@@ -76,8 +76,7 @@ pub fn measure(run: &[Moment], struck_s: f64, window_s: f64) -> ImpulseResponse 
             last_side = -last_side;
         }
     }
-    let rms =
-        |value: &dyn Fn(&Moment) -> f64| mean_square(window.iter().map(value)).sqrt();
+    let rms = |value: &dyn Fn(&Moment) -> f64| mean_square(window.iter().map(value)).sqrt();
     let disturbance_error = rms(&|moment| moment.estimate - moment.disturbance);
     ImpulseResponse {
         peak,
