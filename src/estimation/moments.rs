@@ -77,7 +77,7 @@ mod tests {
         // Squares about the mean: 4 + 1 + 9 over 2, and that over 3.
         assert_eq!(mean_and_error(&values), (3.0, f64::sqrt(7.0 / 3.0)));
         assert_eq!(rms_of_finite([3.0, f64::NAN, 4.0]), f64::sqrt(12.5));
-        assert_eq!(mean_square(&[3.0, 4.0]), 12.5);
+        assert_eq!(mean_square([3.0, 4.0]), 12.5);
         assert_eq!(deviation([1.0, 3.0].into_iter()), 1.0);
     }
 
