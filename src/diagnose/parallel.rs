@@ -17,12 +17,12 @@ pub fn run_all(
     spread(candidates, |candidate| {
         let fitted = candidate.run(split);
         progress(Event::Fitted);
-        told(fitted, split, progress)
+        reported(fitted, split, progress)
     })
 }
 
 /// A candidate that was fitted to the end, `progress` having heard what it leaves.
-fn told(fitted: CandidateFit, split: &DataSplit, progress: &(dyn Fn(Event) + Sync)) -> CandidateFit {
+fn reported(fitted: CandidateFit, split: &DataSplit, progress: &(dyn Fn(Event) + Sync)) -> CandidateFit {
     progress(Event::Tried { effects: &fitted.effects, over_noise: fitted.validate(split).sqrt() });
     fitted
 }
@@ -45,7 +45,7 @@ pub fn run_singles(
     spread_out(candidates.iter().zip(fitted_briefly).collect(), |(candidate, starting_points)| {
         let is_near = starting_points.cost() <= THRESHOLDS.hopeless_single * best;
         let starting_points = if is_near { starting_points.with_full_fit() } else { starting_points };
-        told(candidate.finish(starting_points, split), split, progress)
+        reported(candidate.finish(starting_points, split), split, progress)
     })
 }
 
@@ -82,6 +82,6 @@ pub fn run_promising(
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
     spread_out(promising, |(candidate, starting_points)| {
-        told(candidate.finish(starting_points, split), split, progress)
+        reported(candidate.finish(starting_points, split), split, progress)
     })
 }

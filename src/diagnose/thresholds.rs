@@ -87,7 +87,7 @@ crate::thresholds! {
     fewest_stretches_compared: usize = 4, "count", "judgement";
     /// standard errors by which the one parameter of an effect must differ from none
     identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
-    /// time constants of a slow state that the longest run must last: over less its course is a constant, and the effect cannot be told from a level
+    /// time constants of a slow state that the longest run must last: over less its course is a constant, and the effect is the same as a level
     /// of its own for each run
     least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which the one parameter of an effect must differ from none, for an effect whose state at the start of each run is free, too

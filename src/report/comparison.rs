@@ -139,7 +139,7 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     details_of_each(page, &blocks);
 }
 
-/// Models that fail alike are shown once.
+/// Models that fail in the same way are shown once.
 fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &Block)]) {
     page.details("Where it fails in detail", |page| {
         for (at, (comparison, block)) in blocks.iter().enumerate() {
