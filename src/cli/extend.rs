@@ -93,8 +93,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let (extended, page) = match cancellable(|cancel| work(&model, arguments, cancel))? {
         Work::Done(extended, page) => (extended, page),
-        Work::NothingToChange { error, is_at_floor } => {
-            return nothing_to_change(&model, &error, is_at_floor, arguments.answer.json);
+        Work::NothingToChange { error, is_at_floor, findings } => {
+            return nothing_to_change(&model, (&error, is_at_floor), findings, arguments.answer.json);
         }
     };
     let Extended { extension, findings, has_fallen } = &*extended;
@@ -125,18 +125,24 @@ enum Work {
     /// The model and its page.
     Done(Box<Extended>, Option<Page>),
     /// The model's own numbers are those that the logs ask for.
-    NothingToChange { error: Box<ErrorSummary>, is_at_floor: bool },
+    NothingToChange { error: Box<ErrorSummary>, is_at_floor: bool, findings: Vec<Finding> },
 }
 
 /// Says that the model stays as it is: as it should where only noise is left, else something is missing.
-fn nothing_to_change(model: &Model, error: &ErrorSummary, is_at_floor: bool, json: bool) -> CliResult {
-    let findings = [Finding::new("nothing_to_change", "")];
+fn nothing_to_change(
+    model: &Model,
+    (error, is_at_floor): (&ErrorSummary, bool),
+    mut findings: Vec<Finding>,
+    json: bool,
+) -> CliResult {
+    findings.insert(0, Finding::new("nothing_to_change", ""));
     let warnings = sentences(&findings);
     if json {
         let answer = Answer { added: &[], error, model, warnings: &warnings, findings: &findings };
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::nothing_to_change(&findings[0], error));
+        warnings[1..].iter().for_each(|warning| println!("Note: {warning}"));
     }
     Ok(if is_at_floor { Outcome::Done } else { Outcome::FoundWanting })
 }
@@ -155,8 +161,8 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<Work, C
         }
     });
     let mut extended = match found {
-        Err(SessionError::Diagnose(DiagnoseError::NothingChanged { error, is_at_floor })) => {
-            return Ok(Work::NothingToChange { error, is_at_floor });
+        Err(SessionError::Diagnose(DiagnoseError::NothingChanged { error, is_at_floor, findings })) => {
+            return Ok(Work::NothingToChange { error, is_at_floor, findings });
         }
         found => Box::new(found?),
     };

@@ -3,7 +3,7 @@
 use super::diagnosis::ErrorSummary;
 use super::refusal::Refusal;
 use crate::model::ModelError;
-use crate::screening::ScreeningError;
+use crate::screening::{Finding, ScreeningError};
 use crate::unit::short;
 
 /// Why there is no answer.
@@ -33,6 +33,8 @@ pub enum DiagnoseError {
         error: Box<ErrorSummary>,
         /// Nothing but noise is left.
         is_at_floor: bool,
+        /// What to know about the logs.
+        findings: Vec<Finding>,
     },
     /// A number that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
     #[error(

@@ -78,7 +78,7 @@ pub fn extend(
     check_fitted(ids, &blocks)?;
     let error = blocks.error_summary(config);
     if ids.is_empty() {
-        check_numbers(model, &blocks.merged(model), &blocks, &error)?;
+        check_numbers(model, (&blocks, &findings), &error)?;
     }
     blocks.found.iter_mut().for_each(|found| search().allow_for_what_is_missing(found));
     let answers = blocks.found.iter().map(|found| &found.answer);
@@ -166,11 +166,10 @@ fn check_fitted(ids: &[String], blocks: &Blocks) -> Result<(), DiagnoseError> {
 /// Refuses numbers that are the model's own, and those that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
 fn check_numbers(
     model: &Model,
-    extended: &Model,
-    blocks: &Blocks,
+    (blocks, findings): (&Blocks, &[Finding]),
     error: &ErrorSummary,
 ) -> Result<(), DiagnoseError> {
-    let before = model.parameters();
+    let (before, extended) = (model.parameters(), blocks.merged(model));
     // The numbers of effects are fitted each time: what moves them by less than their error says nothing new.
     let is_same = |name: &str, from: f64, to: f64| {
         let known_to = extended.standard_errors.get(name).filter(|_| name.contains('.'));
@@ -183,6 +182,7 @@ fn check_numbers(
         let unchanged = || DiagnoseError::NothingChanged {
             error: Box::new(error.clone()),
             is_at_floor: blocks.is_at_floor(),
+            findings: findings.to_vec(),
         };
         return Err(poor.map_or_else(unchanged, DiagnoseError::NothingToRefit));
     }

@@ -3,7 +3,7 @@
 use super::modelled::Modelled;
 use super::thresholds::THRESHOLDS;
 use super::{Job, SessionError};
-use crate::diagnose::{self, DiagnoseConfig, Extension};
+use crate::diagnose::{self, DiagnoseConfig, DiagnoseError, Extension};
 use crate::model::Model;
 use crate::screening::requirements::repeated;
 use crate::screening::{Finding, ScreenedLog};
@@ -56,7 +56,8 @@ pub fn refit(
     job: &Job,
 ) -> Result<Extended, SessionError> {
     let logs = Modelled::of(train, validate);
-    let extension = job.run(|| diagnose::extend(model, &[], &logs.train, &logs.validate, config))?;
+    let refitted = job.run(|| diagnose::extend(model, &[], &logs.train, &logs.validate, config));
+    let extension = refitted.map_err(|error| with_findings_of_logs(error, &logs))?;
     let mut findings = findings(&extension, &logs);
     let (error, is_at_floor) = (&extension.error, extension.is_at_floor);
     if !is_at_floor {
@@ -67,7 +68,18 @@ pub fn refit(
     Ok(Extended { has_fallen: falls && is_at_floor, findings, extension })
 }
 
+/// Where no number has to change, the logs may be why.
+fn with_findings_of_logs(mut error: SessionError, logs: &Modelled) -> SessionError {
+    if let SessionError::Diagnose(DiagnoseError::NothingChanged { findings, .. }) = &mut error {
+        findings.splice(0..0, of_logs(logs));
+    }
+    error
+}
+
 fn findings(extension: &Extension, logs: &Modelled) -> Vec<Finding> {
-    let of_logs = repeated(&logs.train, &logs.validate).into_iter().chain(logs.finding.clone());
-    of_logs.chain(extension.findings.iter().cloned()).collect()
+    of_logs(logs).chain(extension.findings.iter().cloned()).collect()
+}
+
+fn of_logs(logs: &Modelled) -> impl Iterator<Item = Finding> {
+    repeated(&logs.train, &logs.validate).into_iter().chain(logs.finding.clone())
 }

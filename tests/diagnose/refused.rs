@@ -229,6 +229,9 @@ fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_ov
     assert_eq!(output.status.code(), Some(0), "nothing to change, and only noise is left: {}", said(&output));
     let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert!(has_code(&answer, "nothing_to_change"), "{answer}");
+    assert_eq!(answer["findings"][0]["code"], "nothing_to_change", "it comes first: {answer}");
+    let why = answer["findings"].as_array().is_some_and(|findings| findings.len() > 1);
+    assert!(why, "that rotor 2 reads zero is said: {answer}");
     let noise = reading("noise.csv", |row| ["3", "5", "4"][row % 3]);
     refused(&[&take_over[..], &[&noise]].concat(), &["nothing to take over", "would go from"]);
     assert!(!desk.path("own.toml").exists());
