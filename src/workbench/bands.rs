@@ -106,6 +106,7 @@ impl Bands {
         let seen = |at: usize| (rows.start..rows.end).contains(&at);
         let holes = self.holes.iter().filter(|hole| seen(hole.after) || seen(hole.after + 1));
         push(&mut bands, "hole", holes.map(|hole| (hole.start, hole.start + hole.length)), pixel);
+        bands.sort_by(|one, other| one.from.total_cmp(&other.from));
         bands
     }
 }

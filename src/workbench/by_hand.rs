@@ -19,6 +19,7 @@ pub(super) fn compare(desk: &Desk, log: u64) -> Result<String, ActError> {
     }
     let log = desk.log(log)?;
     words.extend(log.mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]));
+    words.extend(bench_of_captures(desk, [log].into_iter()));
     words.extend(["--log".to_owned(), log.typed.clone()]);
     Ok(command(&words))
 }
@@ -85,6 +86,7 @@ fn logs(desk: &Desk) -> Vec<String> {
     let mapping = mapped.filter_map(|log| log.mapping.as_ref()).next();
     let mut words: Vec<String> =
         mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]).collect();
+    words.extend(bench_of_captures(desk, desk.logs.iter().filter(|log| log.role != Role::Look)));
     for (option, role) in [("--log", Role::Fit), ("--validate", Role::HeldOut)] {
         let typed: Vec<String> =
             desk.logs.iter().filter(|log| log.role == role).map(|log| log.typed.clone()).collect();
@@ -94,6 +96,13 @@ fn logs(desk: &Desk) -> Vec<String> {
         }
     }
     words
+}
+
+/// The option that names the bench file, where one of these logs was read by it.
+fn bench_of_captures<'a>(desk: &Desk, mut logs: impl Iterator<Item = &'a DeskLog>) -> Vec<String> {
+    let has_capture = logs.any(|log| log.open().is_ok_and(|open| open.is_capture));
+    let file = desk.bench.iter().filter(|_| has_capture);
+    file.flat_map(|file| ["--config".to_owned(), file.clone()]).collect()
 }
 
 /// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for.

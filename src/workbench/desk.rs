@@ -75,6 +75,8 @@ pub(super) struct OpenLog {
     pub stamp: Option<Stamp>,
     /// Name of its format.
     pub format: &'static str,
+    /// Whether its channels are what a bench file says of its frames.
+    pub is_capture: bool,
     /// Whether a command's `--mapping` would be for it, too.
     pub takes_mapping: bool,
     /// What the reader left out and what screening found, in sentences.
@@ -237,6 +239,8 @@ pub(super) struct Desk {
     pub discovered: Option<Discovered>,
     /// What is being read or compared, and the wish to end it.
     pub looking: Option<(String, Cancel)>,
+    /// The bench file by which captures are read, as one types it.
+    pub bench: Option<String>,
     /// The commands that do what was done, in its order.
     pub done: Vec<String>,
     /// What went wrong beside an act, newest last.
@@ -265,6 +269,7 @@ impl Desk {
             answered: None,
             discovered: None,
             looking: None,
+            bench: None,
             done: Vec::new(),
             notices: Vec::new(),
             next_id: 2,
@@ -278,12 +283,13 @@ impl Desk {
         self.next_id - 1
     }
 
-    /// A name that no model on this desk has: that of its file when it is exported.
+    /// A name that no model on this desk has, and no command of it wrote: that of its file when it is exported.
     pub fn fresh_name(&mut self, stem: &str) -> String {
         loop {
             let name = format!("{stem}-{}", self.next_step);
             self.next_step += 1;
-            if self.models.iter().all(|it| it.model.name != name) {
+            let is_written = |command: &String| command.ends_with(&format!(" -o {name}.toml"));
+            if self.models.iter().all(|it| it.model.name != name) && !self.done.iter().any(is_written) {
                 return name;
             }
         }
@@ -348,5 +354,19 @@ impl DeskModel {
             Origin::File(typed) => typed.clone(),
             Origin::Made | Origin::Tried => format!("{}.toml", self.model.name),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Else commands that are run in their order would find a file of theirs there already.
+    #[test]
+    fn a_name_that_a_command_of_a_session_wrote_is_not_given_again() {
+        let mut desk = Desk::new();
+        desk.done.push("rotorbench extend --model paper --effect transport_delay -o step-1.toml".to_owned());
+        assert_eq!(desk.fresh_name("step"), "step-2");
+        assert_eq!(desk.fresh_name("law"), "law-3");
     }
 }

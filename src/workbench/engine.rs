@@ -18,7 +18,7 @@ use super::desk::{
 use super::guarded::{Ended, guarded};
 use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
-use super::places::{Places, Stamp};
+use super::places::{Places, Stamp, as_typed};
 use super::saved::Saved;
 use super::search::SearchTask;
 use super::shown::{ShownChannel, ShownComparison};
@@ -26,7 +26,7 @@ use super::{ActError, WorkbenchError, by_hand, kept};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
-use crate::report::findings::sentence;
+use crate::report::findings::{explained, sentence};
 use crate::report::import::note_lines;
 use crate::session::{self, Job, OpenConfig, Progress, SessionError};
 
@@ -51,7 +51,9 @@ enum Look {
 impl Engine {
     /// An empty desk, and the thread that reads and compares.
     pub fn start(places: Places, live: Arc<Live>) -> Result<Arc<Self>, WorkbenchError> {
-        let (desk, beat) = (Mutex::new(Desk::new()), watch::Sender::new(0));
+        let mut desk = Desk::new();
+        desk.bench = live.bench().1.map(|file| as_typed(file).display().to_string());
+        let (desk, beat) = (Mutex::new(desk), watch::Sender::new(0));
         let engine =
             Arc::new(Self { desk, woken: Condvar::new(), beat, places, live, ended: AtomicBool::new(false) });
         let looker = Arc::clone(&engine);
@@ -181,7 +183,12 @@ impl Engine {
         let spawned = thread::Builder::new().name("search".to_owned()).spawn(move || {
             let hear = |progress: Progress| engine.hear(&progress);
             let ended = guarded(|| task.run(&search, &hear));
-            engine.change(|desk| task.end(desk, &search, ended));
+            // What was found is made ready for the page, which may fail as the search itself.
+            let laid =
+                guarded(|| Ok::<_, SessionError>(engine.change(|desk| task.end(desk, &search, ended))));
+            if let Err(broken) = laid {
+                engine.change(|desk| task.end(desk, &search, Err(broken)));
+            }
         });
         if let Err(error) = spawned {
             self.change(|desk| {
@@ -228,7 +235,7 @@ impl Engine {
             self.tell();
             match next {
                 Look::Open { log, path, mapping } => {
-                    let opened = guarded(|| read(&path, mapping.as_deref(), &cancel));
+                    let opened = self.read(&path, mapping.as_deref(), &cancel);
                     self.change(|desk| opened_log(desk, log, opened));
                 }
                 Look::Compare { log, content, shown, models } => {
@@ -253,6 +260,14 @@ impl Engine {
                 }
             }
         }
+    }
+
+    /// Reads a log, if it still lies where it may be opened; a capture as the bench file says.
+    fn read(&self, path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, Ended> {
+        let path = self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
+        let bench = self.live.bench().1.map(Path::to_owned);
+        let config = OpenConfig { bench, ..OpenConfig::default() };
+        guarded(|| read(&path, mapping, &config, cancel))
     }
 
     /// Waits for something to look at; `None` at the end.
@@ -298,25 +313,40 @@ enum Seen {
     Guess(Box<Guess>),
 }
 
-fn read(path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, SessionError> {
-    let (job, config) = (Job::unwatched(cancel), OpenConfig::default());
+fn read(
+    path: &Path,
+    mapping: Option<&DeskMapping>,
+    config: &OpenConfig,
+    cancel: &Cancel,
+) -> Result<Seen, SessionError> {
+    let job = Job::unwatched(cancel);
     // Before it is read: what is written meanwhile is seen the next time.
     let stamp = Stamp::of(path);
     let opened = if let Some(mapping) = mapping {
-        session::open_mapped(path, &mapping.load()?, &config, &job)?
+        session::open_mapped(path, &mapping.load()?, config, &job)?
     } else {
         if let Some(guessed) = session::guess_columns(path, &job)? {
             return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
         }
-        session::open(path, &config, &job)?
+        session::open(path, config, &job)?
     };
     let found = opened.log.findings().map(sentence);
     let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
     let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
     // Our own say themselves what they are.
-    let takes_mapping = opened.frames.is_none() && !["CSV", "recording"].contains(&opened.format);
+    let is_capture = opened.frames.is_some();
+    let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
     let (format, log) = (opened.format, opened.log);
-    Ok(Seen::Open(Box::new(OpenLog { stamp, bands, channels, notes, format, takes_mapping, log })))
+    Ok(Seen::Open(Box::new(OpenLog {
+        stamp,
+        bands,
+        channels,
+        notes,
+        format,
+        is_capture,
+        takes_mapping,
+        log,
+    })))
 }
 
 fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {

@@ -65,7 +65,14 @@ pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Resul
     for SavedModel { file, model, shown } in saved.models {
         let (model, origin) = match (file, model) {
             (Some(file), _) if file.as_os_str() == "paper" => continue,
-            (Some(file), _) => (session::open_model(&file)?, self::file(&file)),
+            // One that has gone does not take the rest of the session with it.
+            (Some(file), _) => match session::open_model(&file) {
+                Ok(model) => (model, self::file(&file)),
+                Err(error) => {
+                    desk.notices.push(explained(&error));
+                    continue;
+                }
+            },
             (None, Some(model)) => (model, Origin::Made),
             (None, None) => continue,
         };

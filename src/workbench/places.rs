@@ -21,6 +21,12 @@ pub enum PlaceError {
         /// What the system says.
         source: io::Error,
     },
+    /// A pipe or a device: to read it may never end.
+    #[error("{path} is no file with content of its own: a pipe, a socket or a device")]
+    NoFile {
+        /// What was named.
+        path: PathBuf,
+    },
     /// It lies elsewhere.
     #[error("{path} is not below a folder that was named when the workbench was opened")]
     Outside {
@@ -80,15 +86,25 @@ impl Places {
         Ok(())
     }
 
-    /// The true path of a file that may be opened; of `FILE#N` with its `#N`.
+    /// The true path of a file that may be opened; of `FILE#N` with its `#N`. Asked again before each reading: a link may lead
+    /// elsewhere by then.
     pub fn file(&self, path: &Path) -> Result<PathBuf, PlaceError> {
-        let (whole, part) = canonical(path)?;
-        if !self.files.contains(&whole) && !self.holds(&whole) {
-            return Err(PlaceError::Outside { path: path.to_owned() });
+        let (whole, part) = self.inside(path)?;
+        if !fs::metadata(&whole).is_ok_and(|found| found.is_file()) {
+            return Err(PlaceError::NoFile { path: path.to_owned() });
         }
         let mut named = whole.into_os_string();
         named.push(part);
         Ok(named.into())
+    }
+
+    /// The true path of what lies inside, and the `#N` behind it.
+    fn inside(&self, path: &Path) -> Result<(PathBuf, String), PlaceError> {
+        let (whole, part) = canonical(path)?;
+        if !self.files.contains(&whole) && !self.holds(&whole) {
+            return Err(PlaceError::Outside { path: path.to_owned() });
+        }
+        Ok((whole, part))
     }
 
     fn holds(&self, whole: &Path) -> bool {
@@ -103,7 +119,7 @@ impl Places {
             let files = self.files.iter().filter_map(|file| entry(file)).collect();
             return Ok(Listing { folder: String::new(), above: None, folders, files, has_more: false });
         };
-        let whole = self.file(folder)?;
+        let whole = self.inside(folder)?.0;
         let read = fs::read_dir(&whole).map_err(|source| PlaceError::File { path: whole.clone(), source })?;
         let mut found: Vec<PathBuf> = read.filter_map(|entry| Some(entry.ok()?.path())).collect();
         found.sort();

@@ -31,8 +31,8 @@ pub(super) struct PlotQuery {
     /// A block of the model, with its signal; or `unknown_torque`.
     block: Option<String>,
     signal: Option<String>,
-    /// Channels of the log, separated by commas, instead of a block.
-    channels: Option<String>,
+    /// A channel of the log, by its name, instead of a block.
+    channel: Option<String>,
 }
 
 /// What is drawn.
@@ -101,10 +101,10 @@ impl PlotTask {
         let (from, to) = (finite(self.query.from, ends.0), finite(self.query.to, ends.1));
         let pixels = self.query.pixels.clamp(1, THRESHOLDS.widest_picture);
         let slots = Slots::new(time, (from, to), pixels, self.content.bands.interval);
-        let mut curves = match (&self.query.block, &self.query.channels) {
+        let mut curves = match (&self.query.block, &self.query.channel) {
             (Some(block), _) if block == UNKNOWN_TORQUE => self.torque(&slots),
             (Some(block), _) => self.block(&slots, block),
-            (None, Some(channels)) => self.channels(&slots, channels),
+            (None, Some(channel)) => self.channel(&slots, channel),
             (None, None) => Vec::new(),
         };
         curves.truncate(THRESHOLDS.most_curves);
@@ -147,13 +147,11 @@ impl PlotTask {
         each.collect()
     }
 
-    /// Channels as they were logged.
-    fn channels(&self, slots: &Slots, channels: &str) -> Vec<Curve> {
-        let log = self.content.log.raw();
-        let asked: Vec<&str> = channels.split(',').take(THRESHOLDS.most_curves).collect();
-        let known = |name: &str| self.content.channels.iter().find(|it| it.name == name);
-        let there = asked.into_iter().filter_map(|name| Some((known(name)?, log.column(name)?)));
-        let curves = there.map(|(channel, values)| {
+    /// A channel as it was logged.
+    fn channel(&self, slots: &Slots, name: &str) -> Vec<Curve> {
+        let known = self.content.channels.iter().find(|it| it.name == name);
+        let there = known.and_then(|known| Some((known, self.content.log.raw().column(name)?)));
+        let curves = there.into_iter().map(|(channel, values)| {
             let unit = log_signal(&channel.name).map_or("", |known| known.unit);
             Curve::of("channel", None, (&channel.name, unit), slots, &channel.line(values))
         });

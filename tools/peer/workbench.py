@@ -67,7 +67,7 @@ class Page:
 
     def memory_mb(self):
         status = Path(f"/proc/{self.server.pid}/status").read_text()
-        return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1000
+        return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) * 1.024 / 1000  # "kB" there are KiB
 
     def end(self):
         self.server.send_signal(signal.SIGINT)
@@ -124,7 +124,7 @@ def table(rows):
     count, size = bytes_of_page(page)
     log = page.wait(lambda log: log["state"] == "open")
     channel = log["channels"][1]["name"]
-    page.get("/api/plot", log=log["id"], pixels=PIXELS, channels=channel)
+    page.get("/api/plot", log=log["id"], pixels=PIXELS, channel=channel)
     most = 1 if rows <= 12_000 else 8
     line(rows, "start to the first plot", f"{page.since():.2f}", "s", most)
     log = page.wait(lambda log: "compared" in log)
@@ -132,7 +132,7 @@ def table(rows):
         sys.exit(log["compared"]["why"])
     line(rows, "start to the model beside it, compared", f"{page.since():.2f}", "s")
     block = next(it for it in log["compared"]["blocks"] if it["name"] == "body")
-    for what, query in [("a channel", {"channels": channel}), ("measured, modelled, error", {"block": "body", "signal": block["signal"]})]:
+    for what, query in [("a channel", {"channel": channel}), ("measured, modelled, error", {"block": "body", "signal": block["signal"]})]:
         taken = looked_at(page, log, query)
         line(rows, f"pan or zoom, {what}: median", f"{statistics.median(taken):.1f}", "ms", 50)
         line(rows, f"pan or zoom, {what}: slowest", f"{max(taken):.1f}", "ms", 50)

@@ -28,7 +28,7 @@ export async function others(shown, channel, [from, to], pixels) {
   const logs = desk.logs.filter(it => it.id !== shown && beside.has(it.id) && it.state === "open" && has(it));
   return await Promise.all(logs.map(async log => {
     const late = log.ends_s[0] - begin;
-    const { x, curves } = await get("/api/plot", { log: log.id, from: from + late, to: to + late, pixels, channels: channel });
+    const { x, curves } = await get("/api/plot", { log: log.id, from: from + late, to: to + late, pixels, channel });
     return { ...curves[0], x: x.map(at => at - late), label: lastPart(log.name), tone: colourOfLog(log.id) };
   }));
 }

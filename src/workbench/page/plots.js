@@ -179,7 +179,7 @@ function makeFigures(it) {
   const plain = channels.length ? channels : made.length ? ["command_1", "command_2"] : it.channels.slice(0, 6).map(channel => channel.name);
   for (const name of plain) {
     const channel = it.channels.find(it => it.name === name);
-    if (channel) made.push(new Figure(name, { channels: name }, [{ kinds: ["channel"], name, unit: channel.unit || "-", height: 140 }], element("p", { class: "soft" }, channel.meaning), name));
+    if (channel) made.push(new Figure(name, { channel: name }, [{ kinds: ["channel"], name, unit: channel.unit || "-", height: 140 }], element("p", { class: "soft" }, channel.meaning), name));
   }
   return made;
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::symlink;
 use std::path::Path;
+use std::process::Command;
 
 use super::client::{Running, read};
 use crate::bench::BenchConfig;
@@ -107,7 +108,11 @@ fn only_files_below_the_named_folders_are_opened() {
         "/etc/passwd".into(),
         "../../../../../../etc/passwd".into(),
         "/dev/zero".into(),
+        inside.join("pipe.csv"),
     ];
+    // To read it would wait for somebody who writes, and every other log behind it.
+    let made = Command::new("mkfifo").arg(inside.join("pipe.csv")).status().expect("mkfifo");
+    assert!(made.success());
     for path in &outside {
         assert_eq!(open(path).status, 409, "{}", path.display());
         let model = serde_json::json!({ "act": "open_model", "path": path }).to_string();
@@ -125,6 +130,23 @@ fn only_files_below_the_named_folders_are_opened() {
     for path in ["/../Cargo.toml", "/..%2f..%2fetc%2fpasswd", "//etc/passwd", "/page/main.js"] {
         assert_eq!(it.get(path).status, 404, "{path}");
     }
+}
+
+/// What was a file when it was opened may be a link to elsewhere when it is read again.
+#[test]
+fn a_log_that_became_a_link_to_elsewhere_is_not_read_again() {
+    let (folder, inside) = folders();
+    let it = running(&inside);
+    let desk = it.wait_for("open", |desk| desk["logs"][0]["state"] == "open");
+    fs::write(folder.path().join("secret.csv"), LOG.to_owned() + "0.06,0.1,0.1\n").expect("written");
+    let log = inside.join("log.csv");
+    fs::remove_file(&log).expect("removed");
+    symlink(folder.path().join("secret.csv"), &log).expect("linked");
+    let again = serde_json::json!({ "act": "reread", "log": desk["logs"][0]["id"] });
+    assert_eq!(it.act(&again.to_string()).status, 200);
+    let desk = it.wait_for("refused", |desk| desk["logs"][0]["stuck"].is_string());
+    assert!(desk["logs"][0]["stuck"].as_str().is_some_and(|why| why.contains("is not below")), "{desk}");
+    assert_eq!(desk["logs"][0]["rows"], 3);
 }
 
 #[test]
@@ -185,11 +207,12 @@ fn five_hundred_silent_sockets_keep_nobody_out() {
 #[test]
 fn markup_in_names_is_handed_on_as_text() {
     let (_folder, inside) = folders();
-    let wicked = "<img src=x onerror=alert(1)>";
+    // With a comma, by which nothing is taken apart.
+    let wicked = "<img src=x, onerror=alert(1)>";
     let log = inside.join(format!("{wicked}.csv"));
     fs::write(
         &log,
-        LOG.replacen("command_2", &format!("command_2,{wicked}"), 1)
+        LOG.replacen("command_2", &format!("command_2,\"{wicked}\""), 1)
             .replace(",0.1\n", ",0.1,1\n")
             .replace(",0.2\n", ",0.2,2\n"),
     )
@@ -198,7 +221,7 @@ fn markup_in_names_is_handed_on_as_text() {
     let desk = it.wait_for("open", |desk| desk["logs"][0]["state"] == "open");
     assert_eq!(desk["logs"][0]["channels"][2]["name"], wicked);
     let id = &desk["logs"][0]["id"];
-    let said = it.get(&format!("/api/plot?log={id}&pixels=100&channels={}", escaped(wicked)));
+    let said = it.get(&format!("/api/plot?log={id}&pixels=100&channel={}", escaped(wicked)));
     assert!(said.head.contains("application/json") && said.body.contains("<img"), "{}", said.body);
     let name = it.get(&format!("/api/export?what=signals&id={id}"));
     assert!(!name.head.contains('<'), "{}", name.head);
