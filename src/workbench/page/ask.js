@@ -17,8 +17,16 @@ export function add(effects, text) {
 export const identify = properties => button("Identify this bench", () => act("identify"), {
   title: "make a model of this bench from the logs that are fitted on", ...properties, disabled: !ready() || desk.tick.search?.state === "running" });
 
+// Block by block, since errors of different channels are not to be compared: that of the named effects first, what is named on top.
+function ranked(answer) {
+  const tried = answer.candidates.filter(it => it.validate !== null);
+  const isNamed = it => answer.effects.includes(it.effect);
+  const channels = [...new Set([...tried.filter(isNamed), ...tried].map(it => it.channel))];
+  return channels.map(channel => [channel, tried.filter(it => it.channel === channel)
+    .sort((a, b) => isNamed(b) - isNamed(a) || a.validate - b.validate)]);
+}
+
 function candidates(answer) {
-  const tried = answer.candidates.filter(it => it.validate !== null).sort((a, b) => a.validate - b.validate);
   const row = it => [
     card(answer.cards[it.effect], it.effect),
     precise(it.validate, 4),
@@ -26,11 +34,13 @@ function candidates(answer) {
     element("span", {}, button("try", () => act("try", { effects: [it.effect] }), { "aria-label": "try " + it.effect, title: "fit it and draw it, without adding it" }),
       button("add", () => act("add", { effects: [it.effect] }), { "aria-label": "add " + it.effect })),
   ];
-  const heading = ["effect alone", "held-out error", "by chance", ""];
+  const heading = unit => ["effect alone", `held-out error${unit ? ` [${unit}]` : ""}`, "by chance", ""];
   const [refused, unnamed] = [it => it.why, it => it.not_named].map(why => answer.candidates.filter(why));
   return [
-    element("h3", {}, "Candidates"), table(heading, tried.slice(0, SHOWN).map(row), { class: "candidates" }),
-    tried.length > SHOWN && element("details", { "data-key": "more candidates" }, element("summary", {}, `${tried.length - SHOWN} more`), table(heading, tried.slice(SHOWN).map(row), { class: "candidates" })),
+    element("h3", {}, "Candidates"), ranked(answer).map(([channel, tried]) => [
+      element("p", { class: "soft" }, channel), table(heading(tried[0].unit), tried.slice(0, SHOWN).map(row), { class: "candidates" }),
+      tried.length > SHOWN && element("details", { "data-key": "more candidates " + channel }, element("summary", {}, `${tried.length - SHOWN} more`),
+        table(heading(tried[0].unit), tried.slice(SHOWN).map(row), { class: "candidates" }))]),
     unnamed.length && element("details", { "data-key": "not named" }, element("summary", {}, `${unnamed.length} tried and not named, and why`),
       element("ul", {}, unnamed.map(it => element("li", {}, element("b", {}, it.effect), ": " + it.not_named)))),
     refused.length && element("details", { "data-key": "refused" }, element("summary", {}, `${refused.length} not tried or refused, and why`),
@@ -53,12 +63,14 @@ export function now(answer, key, whole) {
 }
 
 function answered(answer) {
+  const set = effects => element("div", { class: "row" }, add(effects),
+    effects.length > 1 && button("try", () => act("try", { effects }), { "aria-label": "try " + effects.join(" + "), title: "fit them and draw it, without adding them" }));
   const whole = [
     element("p", { class: "verdict " + answer.verdict, id: "verdict", "data-verdict": answer.verdict }, answer.sentence),
     answer.is_of_other_bench && answer.is_current && identify({ class: "primary" }),
-    answer.effects.length && answer.is_current ? add(answer.effects) : null,
+    answer.effects.length && answer.is_current ? set(answer.effects) : null,
     answer.verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
-    answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(it => add(it))),
+    answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set)),
     errors(answer.error, answer.unit), candidates(answer),
     answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, `${answer.findings.length} findings`), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
     element("h3", {}, "What to do next"), element("ul", {}, answer.next.map(it => element("li", {}, it.replaceAll("`", "")))),

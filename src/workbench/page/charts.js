@@ -8,10 +8,17 @@ export const ink = name => getComputedStyle(document.documentElement).getPropert
 export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 const FONT = "12px system-ui, sans-serif";
 
-// The name of a model's colour; the same in lists and plots.
+// The name of a model's colour; the same in lists and plots, and the same when another model is closed.
+const colours = new Map();
 export function colourOf(model) {
-  const index = desk.models.findIndex(it => it.id === model);
-  return "next-" + (Math.max(index, 0) % 8);
+  for (const id of colours.keys()) if (!desk.models.some(it => it.id === id)) colours.delete(id);
+  if (!colours.has(model)) {
+    const taken = new Set(colours.values());
+    let free = 0;
+    while (taken.has(free)) free += 1;
+    colours.set(model, free);
+  }
+  return "next-" + (colours.get(model) % 8);
 }
 
 // A slot without a sample is `undefined`, which uPlot draws through; a gap is `null`, which it does not.
@@ -25,7 +32,7 @@ function axis(side, label) {
   const grid = { stroke: ink("line"), width: 1 };
   return {
     side, label, stroke: ink("soft"), grid, ticks: { ...grid, size: 4 }, font: FONT, labelFont: FONT, labelGap: 0,
-    size: side === 3 ? 60 : 30, labelSize: side === 3 ? 18 : 0,
+    space: side === 3 ? 22 : 50, size: side === 3 ? 60 : 30, labelSize: side === 3 ? 18 : 0,
     values: (_, ticks) => ticks.map(tick => (tick === null ? "" : number(tick, 6))),
   };
 }
@@ -127,6 +134,7 @@ export class Chart {
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
     ctx.font = 11 * ratio + "px system-ui, sans-serif";
+    ctx.textAlign = "left";
     let said = -Infinity;
     for (const { code, from, to } of this.bands) {
       const left = u.valToPos(from, "x", true);
@@ -168,7 +176,7 @@ export class Chart {
     const ratio = devicePixelRatio;
     ctx.save();
     ctx.font = "bold " + 11 * ratio + "px system-ui, sans-serif";
-    [ctx.strokeStyle, ctx.fillStyle, ctx.lineWidth] = [ink("ink"), ink("ink"), ratio];
+    [ctx.strokeStyle, ctx.fillStyle, ctx.lineWidth, ctx.textAlign] = [ink("ink"), ink("ink"), ratio, "left"];
     for (const { label, at } of cursors()) {
       const left = u.valToPos(at, "x", true);
       if (left < bbox.left || left > bbox.left + bbox.width) continue;

@@ -39,7 +39,8 @@ export function build() {
     const typing = event.target.closest("input:not([type=checkbox]), select, textarea, dialog[open]");
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
     const key = KEYS.find(([name]) => name === event.key);
-    if (!key) return;
+    // What is not seen is not acted on.
+    if (!key || (key[0] !== "?" && document.querySelector("main").hidden)) return;
     event.preventDefault();
     key[2]();
   });
