@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::can::BusConfig;
 use crate::control::ControllerConfig;
 use crate::emulate::EmulatorConfig;
-use crate::file::{line_and_column, one_line, read_settings_text};
+use crate::file::{SettingsKind, line_and_column, read_settings_text, settings_kind, toml_reason};
 use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
 use crate::shm::{Place, SharedMemoryConfig, ShmError};
@@ -84,6 +84,15 @@ pub enum BenchError {
         /// What is wrong there.
         reason: String,
     },
+    /// The other kind of file.
+    #[error(
+        "{} is a model, and a bench file is wanted here (`rotorbench check --template` writes one); models go to `--model`, or into \
+         the bench file as `model = \"{}\"`", path.display(), path.display()
+    )]
+    IsModel {
+        /// The file.
+        path: PathBuf,
+    },
     /// The period cannot be kept, or is no number.
     #[error("period_s: {} is outside {SHORTEST_PERIOD_S}..{LONGEST_PERIOD_S} s", crate::unit::short(*period_s))]
     Period {
@@ -131,8 +140,11 @@ impl BenchConfig {
     /// [`BenchError`] with the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let config: Self = toml::from_str(text).map_err(|error| {
+            if settings_kind(text) == Some(SettingsKind::Model) {
+                return BenchError::IsModel { path: path.to_owned() };
+            }
             let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
-            BenchError::Parse { path: path.to_owned(), line, column, reason: one_line(error.message()) }
+            BenchError::Parse { path: path.to_owned(), line, column, reason: toml_reason(text, &error) }
         })?;
         config.check()?;
         Ok(config)
@@ -232,6 +244,23 @@ mod tests {
             let sentence = refused(&format!("period_s = {period}"));
             assert!(sentence.starts_with("period_s: "), "{sentence}");
         }
+    }
+
+    #[test]
+    fn a_decimal_comma_is_called_one() {
+        let said = refused("period_s = 0,02");
+        assert!(said.ends_with("; a decimal comma? write 0.02"), "{said}");
+        assert!(refused("[guard]\nhold_s = -12,5 # [s]").ends_with("write -12.5"), "with its sign");
+        for other in ["period_s = 0.02, 3", "[controller.emc]\nfeedback_gain = [1,2,3", "name = \"a\",5"] {
+            assert!(!refused(other).contains("decimal comma"), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_model_is_called_one() {
+        let model = crate::model::Model::paper().emit().expect("written");
+        let said = refused(&model);
+        assert!(said.starts_with("bench.toml is a model, and a bench file is wanted here"), "{said}");
     }
 
     #[test]

@@ -25,11 +25,65 @@ pub fn one_line(message: &str) -> String {
 /// Place and message of a TOML error, in one line.
 #[must_use]
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
-    let reason = one_line(error.message());
+    let reason = toml_reason(text, error);
     error.span().map_or(reason.clone(), |span| {
         let (line, column) = line_and_column(text, span.start);
         format!("line {line}, column {column}: {reason}")
     })
+}
+
+/// The message of a TOML error in one line, with what was probably meant where it is known.
+#[must_use]
+pub fn toml_reason(text: &str, error: &toml::de::Error) -> String {
+    let reason = one_line(error.message());
+    match error.span().and_then(|span| decimal_comma(text, span.start)) {
+        Some(number) => format!("{reason}; a decimal comma? write {number}"),
+        None => reason,
+    }
+}
+
+/// The number with a decimal point, where one with a comma is written about byte `at`: all that stands behind the equals sign.
+fn decimal_comma(text: &str, at: usize) -> Option<String> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |newline| newline + 1);
+    let line = text.get(start..)?.lines().next()?;
+    let value = line.split('#').next()?.split_once('=')?.1.trim();
+    let (whole, fraction) = value.split_once(',')?;
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let unsigned = whole.strip_prefix(['-', '+']).unwrap_or(whole);
+    (digits(unsigned) && digits(fraction)).then(|| format!("{whole}.{fraction}"))
+}
+
+/// Which file of settings a text is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettingsKind {
+    /// A bench file.
+    Bench,
+    /// A model.
+    Model,
+}
+
+/// Which of the two a TOML is, by the tables at its top that only one of them has; `None` = no telling.
+#[must_use]
+pub fn settings_kind(text: &str) -> Option<SettingsKind> {
+    const BENCH: [&str; 9] = [
+        "period_s",
+        "trigger",
+        "model",
+        "real_time",
+        "shared_memory",
+        "controller",
+        "guard",
+        "bus",
+        "emulator",
+    ];
+    const MODEL: [&str; 2] = ["actuator", "body"];
+    let table: toml::Table = text.parse().ok()?;
+    let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
+    match (has(&BENCH), has(&MODEL)) {
+        (true, false) => Some(SettingsKind::Bench),
+        (false, true) => Some(SettingsKind::Model),
+        _ => None,
+    }
 }
 
 /// [byte] longest file of settings that is read: a bench, a model, a mapping, a DBC file.

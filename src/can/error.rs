@@ -72,3 +72,12 @@ pub enum CanError {
         source: io::Error,
     },
 }
+
+impl CanError {
+    /// No interface of this name can be there.
+    pub(crate) fn no_can(interface: &str) -> Self {
+        let reason = "this machine's kernel has no CAN (`tools/vcan COMMAND` has a virtual bus; without any: `emulate --shm` with \
+                      `control`, or `run --lockstep`)";
+        Self::Interface { interface: interface.to_owned(), reason: reason.to_owned() }
+    }
+}

@@ -105,7 +105,7 @@ impl Port {
     pub fn open(interface: &str, fd: bool) -> Result<Self, CanError> {
         let fail = |reason: String| CanError::Interface { interface: interface.to_owned(), reason };
         if !kernel_has_can() {
-            return Err(fail("this machine's kernel has no CAN (tools/vcan gives a virtual bus)".to_owned()));
+            return Err(CanError::no_can(interface));
         }
         let status = InterfaceStatus::read(interface)?;
         if !status.is_up {

@@ -9,6 +9,8 @@ const END: usize = 130;
 
 /// The error with short lines: long quotations cut, then the middle of a line; nothing in it moves a terminal's cursor.
 pub(super) fn brief(sentence: &str) -> String {
+    // The sentence before it says the same to people.
+    let sentence = &without_numbers(sentence);
     let plain = |letter: char| if letter.is_control() { ' ' } else { letter };
     let parts = sentence.split('`').enumerate().map(|(index, part)| match index % 2 {
         1 => cut(part, LONGEST_QUOTE, 0).chars().map(plain).collect(),
@@ -17,6 +19,23 @@ pub(super) fn brief(sentence: &str) -> String {
     let short = parts.collect::<Vec<String>>().join("`");
     let lines = short.split('\n').map(|line| cut(line, LONGEST, END).chars().map(plain).collect());
     lines.collect::<Vec<String>>().join("\n")
+}
+
+/// The error without the numbers that the system's errors have.
+fn without_numbers(sentence: &str) -> String {
+    const BEGIN: &str = " (os error ";
+    let mut parts = sentence.split(BEGIN);
+    let mut kept = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match part.split_once(')') {
+            Some((number, rest)) if number.bytes().all(|byte| byte.is_ascii_digit()) => kept.push_str(rest),
+            _ => {
+                kept.push_str(BEGIN);
+                kept.push_str(part);
+            }
+        }
+    }
+    kept
 }
 
 /// At most `longest` characters of a text, the last `end` of them its last ones.
@@ -42,6 +61,10 @@ mod tests {
     #[test]
     fn errors_are_short_whatever_they_quote() {
         assert_eq!(brief("a.toml: `x` is no number"), "a.toml: `x` is no number");
+        assert_eq!(
+            brief("a.toml: Not there (os error 2); b (os error x)"),
+            "a.toml: Not there; b (os error x)"
+        );
         let quoted = brief(&format!("a.toml: `{}` is no number", "é".repeat(1_000)));
         assert_eq!(quoted, format!("a.toml: `{}...` is no number", "é".repeat(57)));
         let long = brief(&format!("a.toml: {}: the reason", "(".repeat(200_000)));

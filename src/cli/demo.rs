@@ -141,7 +141,7 @@ fn benches(arguments: &Arguments) -> Result<(BenchConfig, BenchConfig), CliError
         emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_a_run));
     }
     for text in &arguments.hide {
-        emulator.emulator.hidden.push(HiddenConfig::parse(text)?);
+        emulator.emulator.hidden.push(HiddenConfig::parse(text)?.completed());
     }
     // Before anything runs or is taken away.
     emulator.emulator.build()?;

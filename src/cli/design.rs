@@ -120,8 +120,11 @@ impl Arguments {
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
         writable(&self.report, self.bench.config.iter().chain([&path]), self.force)?;
         let model = Model::load(Path::new(&path))?;
-        let mut task =
-            ControlLoop::of(&model, bench.controller.clone(), bench.period_s, angle_deg.to_radians())?;
+        let made = ControlLoop::of(&model, bench.controller.clone(), bench.period_s, angle_deg.to_radians());
+        let mut task = made.map_err(|error| match &self.model {
+            Some(path) => CliError::from(error).of_option("--model", path.display()),
+            None => error.into(),
+        })?;
         let config = &mut task.config;
         let of_bench = config.kind;
         config.kind = match self.controller {

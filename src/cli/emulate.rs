@@ -6,14 +6,15 @@ use super::operate::BenchArguments;
 use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
+use crate::can::CanError;
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
 use crate::report::run_summary;
 use crate::rt::Shutdown;
-use crate::runtime::emulate;
 use crate::runtime::lockstep::{run, two_process};
 use crate::runtime::thresholds::THRESHOLDS;
+use crate::runtime::{ProcessError, emulate};
 
 /// Arguments of `emulate`.
 #[derive(Debug, clap::Args)]
@@ -127,6 +128,9 @@ impl PlantArguments {
         if let Some(seed) = self.seed {
             emulator.seed = seed;
         }
+        // Who writes down what was run writes every number.
+        let hidden = std::mem::take(&mut emulator.hidden);
+        emulator.hidden = hidden.into_iter().map(HiddenConfig::completed).collect();
         Ok(())
     }
 }
@@ -148,7 +152,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     if let Some(interface) = &arguments.door.can {
         config.bus.interface.clone_from(interface);
-        let summary = emulate::on_bus(&config, arguments.seconds, &shutdown)?;
+        let summary = emulate::on_bus(&config, arguments.seconds, &shutdown);
+        let summary = summary.map_err(|error| match &error {
+            ProcessError::Can(CanError::Interface { .. } | CanError::Socket { .. }) => {
+                CliError::from(error).of_option("--can", interface)
+            }
+            _ => error.into(),
+        })?;
         output::say(arguments.json, &summary, || run_summary::emulated_on_bus(&summary) + "\n")?;
         return Ok(Outcome::Done);
     }

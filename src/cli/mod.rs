@@ -61,6 +61,7 @@ mod search_arguments;
 mod stop;
 pub(crate) mod thresholds;
 mod usage_error;
+mod usage_tip;
 mod watched;
 mod workbench;
 
@@ -154,7 +155,7 @@ fn command_line() -> CommandLine {
             }
             std::process::exit(0)
         }
-        _ => error.exit(),
+        _ => usage_tip::with_tip(error, &command()).exit(),
     })
 }
 

@@ -48,8 +48,8 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 /// Asks, and says what came of it.
 pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
     let answer = operator::act(&bench.load()?, act)?;
-    answer.events.iter().for_each(|event| eprintln!("{}", crate::report::guard::event(event)));
-    println!("{}", answer.state);
+    crate::report::guard::heard(&answer).iter().for_each(|line| eprintln!("{line}"));
+    println!("{}", crate::report::guard::state(&answer));
     let is_latched = matches!(answer.state, State::FailsafeLatched | State::EmergencyStop);
     if is_latched && !answer.obeyed && act == OperatorAct::Arm {
         eprintln!("{}", crate::report::guard::LATCHED);

@@ -41,9 +41,19 @@ impl CliError {
     /// The same with its place in the bench file at `path`, with the content `text`, where it speaks of that.
     pub(super) fn in_bench_file(self, path: &Path, text: &str) -> Self {
         match self {
-            Self::Room { error, setting, .. } => {
-                let place = setting.as_ref().and_then(|setting| setting.place(path, text));
+            Self::Room { error, setting, place } => {
+                let place = setting.as_ref().and_then(|setting| setting.place(path, text)).or(place);
                 Self::Room { error, setting, place }
+            }
+            other => other,
+        }
+    }
+
+    /// The same about what an option says in the place of the bench file, which is not to blame then.
+    pub(super) fn of_option(self, option: &str, value: impl fmt::Display) -> Self {
+        match self {
+            Self::Room { error, setting: Some(_), .. } => {
+                Self::Room { error, setting: None, place: Some(format!("{option} {value}")) }
             }
             other => other,
         }

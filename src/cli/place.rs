@@ -47,6 +47,8 @@ impl Setting {
                 ProcessError::Guard(error) => Self::of(error),
                 ProcessError::Shm(error) => Self::of(error),
                 ProcessError::RealTime(error) => Self::of(error),
+                // A command may have been given another one by an option.
+                ProcessError::Plant { .. } => Some(Self { blames_file: false, ..Self::one("model")? }),
                 _ => None,
             };
         }
@@ -93,6 +95,7 @@ impl Setting {
                 .map(|table| format!("{table}.{name}"))
                 .into(),
             ControlError::Move { .. } => vec!["controller.reference.moves".to_owned()],
+            ControlError::Falls { .. } => vec!["model".to_owned()],
             ControlError::Unreachable { .. } => vec!["controller.pid".to_owned()],
             ControlError::Unstable { .. } => vec!["controller.emc".to_owned(), "controller".to_owned()],
         };
@@ -204,6 +207,19 @@ mod tests {
             Ok(())
         };
         find().map_or_else(|error| error.in_bench_file(path, text).to_string(), |()| "nothing".to_owned())
+    }
+
+    /// Where it is wrong for what runs, the bench file that names it is not wrong otherwise.
+    #[test]
+    fn a_model_that_no_controller_can_use_is_named_where_the_bench_file_names_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("falls.toml");
+        let mut model = crate::model::Model::paper();
+        model.actuator.steady_rate = vec![0.0, 3000.0, -6000.0, 3960.0];
+        model.save(&file).expect("written");
+        let said = said_of(&format!("name = \"x\"\nmodel = {file:?}"));
+        assert!(said.starts_with("bench.toml, line 2: model `paper`: g(u)"), "{said}");
+        assert!(said.contains("falls between u = 0.455 and 0.555"), "{said}");
     }
 
     /// One of each: every error about what stands in the bench file names it, and the line.

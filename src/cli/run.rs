@@ -5,6 +5,7 @@ use super::operate::{ArmAndEnd, BenchArguments};
 use super::output::Force;
 use super::usage_error::UsageError;
 use super::{CliResult, Outcome, output};
+use crate::can::BusConfig;
 use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::run as lockstep_run;
@@ -63,6 +64,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
 
 fn in_lockstep(arguments: &Arguments) -> CliResult {
     let mut config = arguments.bench.load()?;
+    if config.bus != BusConfig::default() {
+        eprintln!("{}", run_summary::NO_BUS);
+    }
     arguments.plant.apply(&mut config)?;
     arguments.record.as_ref().map_or(Ok(()), |path| arguments.force.make_way(path))?;
     let shutdown = Shutdown::listen()?;

@@ -1,5 +1,7 @@
 //! Allocation of a torque to two rotor commands, and back. [LPC16] Eqs. (7), (16)-(19).
 
+use std::cmp::Ordering;
+
 use super::compensation::Compensation;
 use super::error::{ControlError, require};
 use super::parameters::PlantParameters;
@@ -34,22 +36,24 @@ pub struct Allocator {
     per_two_hover: f64,
     /// Nothing is known of the actuators beyond the paper's g and battery: the short way, and the usual one.
     plain: bool,
+    /// The static curve bends so little off its parabola that Newton's method from there finds the command.
+    from_parabola: bool,
 }
 
 impl Allocator {
     /// # Errors
-    /// [`ControlError::Parameter`] for a plant or a compensation that cannot be inverted.
+    /// [`ControlError::Parameter`] for a plant or a compensation that no command can be found for; [`ControlError::Falls`] for a
+    /// static curve without an inverse.
     pub fn build(plant: &PlantParameters, known: &Compensation) -> Result<Self, ControlError> {
         plant.validate()?;
         known.validate()?;
-        let falls = |percent: i32| known.curve(plant, f64::from(percent) / 100.0).1 <= 0.0;
-        let rule = "must keep the steady rate rising from 0 to 1, or it has no inverse";
-        require(!(0..=100).any(falls), "steady_rate_cubic", known.steady_rate_cubic, rule)?;
+        check_curve(plant, known)?;
         Ok(Self {
             plant: *plant,
             known: *known,
             per_two_hover: 0.5 / plant.hover_rate,
             plain: !known.acts_on_actuators(),
+            from_parabola: known.follows_parabola(plant),
         })
     }
 
@@ -136,8 +140,11 @@ impl Allocator {
         if effective > 0.0 { known.dead_zone + effective * (1.0 - known.dead_zone) } else { effective }
     }
 
-    /// [-] inverse of g(u) + c_0 + c_3 (u - u_0)³.
+    /// [-] inverse of g(u) + c_0 + c_3 (u - u_0)³ + c_4 u⁴ + c_5 u⁵.
     fn known_inverse(&self, steady_rate: f64) -> f64 {
+        if !self.from_parabola {
+            return self.bracketed_inverse(steady_rate);
+        }
         let known = &self.known;
         let target = steady_rate - known.steady_rate_offset;
         let mut u = self.plant.command_for(target);
@@ -148,6 +155,32 @@ impl Allocator {
                 u = (u - (value - steady_rate) / slope.max(1e-3 * self.plant.steady_rate_linear))
                     .clamp(THRESHOLDS.inverse_range.0, THRESHOLDS.inverse_range.1);
             }
+        }
+        u
+    }
+
+    /// [-] the same of any curve that rises from 0 to 1, in a fixed number of steps. Beyond, where it may fall, it is taken to go on
+    /// as it ends.
+    fn bracketed_inverse(&self, steady_rate: f64) -> f64 {
+        let curve = |u: f64| self.known.curve(&self.plant, u);
+        for (end, sign) in [(0.0, -1.0), (1.0, 1.0)] {
+            let (value, slope) = curve(end);
+            if sign * (steady_rate - value) >= 0.0 {
+                let (lowest, highest) = THRESHOLDS.inverse_range;
+                return limited(end + (steady_rate - value) / slope, lowest, highest);
+            }
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..THRESHOLDS.inverse_halvings {
+            let middle = 0.5 * (low + high);
+            if curve(middle).0 < steady_rate { low = middle } else { high = middle }
+        }
+        let mut u = 0.5 * (low + high);
+        for _ in 0..THRESHOLDS.newton_steps {
+            let (value, slope) = curve(u);
+            let next = limited(u - (value - steady_rate) / slope, low, high);
+            // Between two points at which the curve was seen to rise it may be level for a moment.
+            u = if next.is_finite() { next } else { u };
         }
         u
     }
@@ -164,6 +197,21 @@ impl Allocator {
         }
         (known.curve(&self.plant, effective).0 - drop).max(0.0)
     }
+}
+
+/// Refuses a static curve that falls anywhere from 0 to 1, which has no inverse, and one that does not reach hover.
+fn check_curve(plant: &PlantParameters, known: &Compensation) -> Result<(), ControlError> {
+    let points = THRESHOLDS.rise_points;
+    let at = |point: usize| point as f64 / points as f64;
+    // Not-a-number does not rise.
+    let falls = |point: &usize| known.curve(plant, at(*point)).1.partial_cmp(&0.0) != Some(Ordering::Greater);
+    if let Some(first) = (0..=points).find(falls) {
+        let last = (first..=points).take_while(falls).last().unwrap_or(first);
+        let degree = if known.bends_curve() { 2 } else { 1 };
+        return Err(ControlError::Falls { from: at(first), to: at(last), degree });
+    }
+    let rule = "must be below g(1), or full command does not reach it";
+    require(known.curve(plant, 1.0).0 > plant.hover_rate, "hover_rate", plant.hover_rate, rule)
 }
 
 /// `value` within `least..=greatest`; not-a-number stays what it is. As [`f64::clamp`], which also checks its limits:

@@ -43,6 +43,8 @@ pub struct Compensation {
     pub steady_rate_cubic: f64,
     /// [-] u_0 of the cubic.
     pub cubic_center: f64,
+    /// [rad/s] c_4 and c_5 in g(u) + c_4 u⁴ + c_5 u⁵.
+    pub steady_rate_higher: [f64; 2],
     /// The battery scales the command, z = g(u v_b / v_bmax), in place of z = g(u) - k_V (v_bmax - v_b).
     pub scales_with_battery: bool,
 }
@@ -63,6 +65,7 @@ impl Default for Compensation {
             steady_rate_offset: 0.0,
             steady_rate_cubic: 0.0,
             cubic_center: 0.0,
+            steady_rate_higher: [0.0; 2],
             scales_with_battery: false,
         }
     }
@@ -85,6 +88,8 @@ impl Compensation {
             ("steady_rate_offset", self.steady_rate_offset),
             ("steady_rate_cubic", self.steady_rate_cubic),
             ("cubic_center", self.cubic_center),
+            ("steady_rate_higher", self.steady_rate_higher[0]),
+            ("steady_rate_higher", self.steady_rate_higher[1]),
         ];
         for (name, value) in numbers {
             require_finite(name, value)?;
@@ -116,7 +121,33 @@ impl Compensation {
     pub fn acts_on_actuators(&self) -> bool {
         let numbers =
             [self.dead_zone, 1.0 - self.command_limit, self.steady_rate_offset, self.steady_rate_cubic];
-        self.scales_with_battery || numbers.iter().any(|value| *value != 0.0)
+        self.scales_with_battery || self.bends_curve() || numbers.iter().any(|value| *value != 0.0)
+    }
+
+    /// Whether the static curve is more than a parabola.
+    #[must_use]
+    pub(super) fn bends_curve(&self) -> bool {
+        self.steady_rate_cubic != 0.0 || self.steady_rate_higher != [0.0; 2]
+    }
+
+    /// Whether the static curve of `plant` with these terms is inverted from its parabola on, by Newton's method alone.
+    pub(super) fn follows_parabola(&self, plant: &PlantParameters) -> bool {
+        plant.parabola_rises() && self.steady_rate_higher == [0.0; 2]
+    }
+
+    /// What is left of it for a controller that cancels nothing: the curve's terms, where the parabola alone has no inverse or is
+    /// not the most of it.
+    pub(super) fn of_curve_alone(&self, plant: &PlantParameters) -> Self {
+        if self.follows_parabola(plant) {
+            return Self::default();
+        }
+        Self {
+            steady_rate_offset: self.steady_rate_offset,
+            steady_rate_cubic: self.steady_rate_cubic,
+            cubic_center: self.cubic_center,
+            steady_rate_higher: self.steady_rate_higher,
+            ..Self::default()
+        }
     }
 
     /// [N m] known torque on the body at the angle [rad] and the rate [rad/s].
@@ -129,14 +160,19 @@ impl Compensation {
             - (self.viscous_friction + self.quadratic_drag * rate.abs()) * rate
     }
 
-    /// [rad/s] g(u) + c_0 + c_3 (u - u_0)³, and its slope.
+    /// [rad/s] g(u) + c_0 + c_3 (u - u_0)³ + c_4 u⁴ + c_5 u⁵, and its slope.
     pub(super) fn curve(&self, plant: &PlantParameters, u: f64) -> (f64, f64) {
         let away = u - self.cubic_center;
-        let value =
-            plant.steady_rate(u) + self.steady_rate_offset + self.steady_rate_cubic * away * away * away;
+        let [quartic, quintic] = self.steady_rate_higher;
+        let cube = u * u * u;
+        let value = plant.steady_rate(u)
+            + self.steady_rate_offset
+            + self.steady_rate_cubic * away * away * away
+            + (quartic + quintic * u) * u * cube;
         let slope = 2.0 * plant.steady_rate_quadratic * u
             + plant.steady_rate_linear
-            + 3.0 * self.steady_rate_cubic * away * away;
+            + 3.0 * self.steady_rate_cubic * away * away
+            + (4.0 * quartic + 5.0 * quintic * u) * cube;
         (value, slope)
     }
 }

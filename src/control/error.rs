@@ -13,6 +13,19 @@ pub enum ControlError {
         /// What it has to be.
         rule: &'static str,
     },
+    /// A static curve without an inverse.
+    #[error(
+        "g(u), the static curve of its rotors, falls between u = {from:.3} and {to:.3}, and a controller inverts only one that \
+         rises from 0 to 1: `identify --degree {degree}` makes a model of a simpler curve"
+    )]
+    Falls {
+        /// [-] command from which it falls.
+        from: f64,
+        /// [-] command up to which it falls.
+        to: f64,
+        /// Degree of a curve that bends less.
+        degree: usize,
+    },
     /// A move of the reference that cannot be made.
     #[error(
         "reference move {index} at {at_s} s must consist of numbers, last at least 0 s and begin at or after {free_from_s} s"

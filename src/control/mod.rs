@@ -47,7 +47,8 @@ impl ControllerConfig {
         self.build_compensated(plant, &Compensation::default(), period_s)
     }
 
-    /// Builds the controller; what `compensation` knows is cancelled when the setting `compensate` is on.
+    /// Builds the controller; what `compensation` knows is cancelled when the setting `compensate` is on. A static curve that has no
+    /// inverse without its higher terms keeps them.
     ///
     /// # Errors
     /// As [`Self::build`].
@@ -57,7 +58,7 @@ impl ControllerConfig {
         compensation: &Compensation,
         period_s: f64,
     ) -> Result<AnyController, ControlError> {
-        let known = if self.compensate { *compensation } else { Compensation::default() };
+        let known = if self.compensate { *compensation } else { compensation.of_curve_alone(plant) };
         Ok(match self.kind {
             ControllerKind::Emc => AnyController::Emc(Emc::build(self, plant, &known, period_s)?),
             ControllerKind::Pid => AnyController::Pid(Pid::build(self, plant, &known, period_s)?),

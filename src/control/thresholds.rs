@@ -27,6 +27,11 @@ crate::thresholds! {
     frequency_grid: (usize, f64) = (4000, 5.0), "-", "judgement";
     /// steps of Newton's method on the inverse of a known static curve: a fixed number, so that each period takes as long
     newton_steps: usize = 6, "count", "judgement";
+    /// times that the interval 0..1 is halved before Newton's method, for a static curve whose parabola alone has no inverse: what is
+    /// left of it is 2.4e-4
+    inverse_halvings: usize = 12, "count", "judgement";
+    /// equal steps from 0 to 1 at which a static curve must rise
+    rise_points: usize = 1000, "count", "judgement: of degree 5 at most, it does not dip between them by what a rotor would show";
     /// times that the interval of a crossing of the open loop is halved
     crossing_halvings: usize = 40, "count", "judgement: to the last digits";
     /// crossovers that the search for a PID by margins tries

@@ -1,8 +1,8 @@
 //! What the emulator hides from the diagnosis: every law of the catalogue a second time, in a few lines each.
 //!
 //! Independent on purpose: no law of `effect` or `model` is used, so that one coded wrongly there cannot hide behind the same
-//! mistake here. What is shared says nothing of the catalogue's physics: how a user's own expression is read, and which effects
-//! with which numbers a model file names. Ids and parameter names are the catalogue's.
+//! mistake here. What is shared says nothing of the catalogue's physics: how a user's own expression is read, which effects
+//! with which numbers a model file names, and within what bounds the catalogue's cards have them. Ids and parameter names are the catalogue's.
 
 use std::collections::BTreeMap;
 
@@ -17,6 +17,16 @@ use super::hidden_config::HiddenConfig;
 use super::own_law::OwnLaw;
 
 impl HiddenConfig {
+    /// The same with every parameter of the law: one that is left out takes the middle of its usual range.
+    #[must_use]
+    pub fn completed(mut self) -> Self {
+        let entry = LAWS.iter().find(|entry| self.expression.is_none() && entry.id == self.effect);
+        for range in entry.map_or(&[][..], |entry| entry.parameters) {
+            self.parameters.entry(range.name.to_owned()).or_insert(range.middle());
+        }
+        self
+    }
+
     /// An effect and a strength drawn from `seed`, among the laws whose id `admit` lets pass.
     #[must_use]
     pub fn draw(seed: u64, admit: impl Fn(&str) -> bool) -> Option<Self> {
@@ -77,6 +87,12 @@ struct Range {
     low: f64,
     high: f64,
     signed: bool,
+}
+
+impl Range {
+    fn middle(&self) -> f64 {
+        f64::midpoint(self.low, self.high)
+    }
 }
 
 struct Entry {
@@ -165,13 +181,13 @@ impl Law {
         }
         let mut p = [0.0; MOST_PARAMETERS];
         for (slot, range) in p.iter_mut().zip(entry.parameters) {
-            *slot =
-                config.parameters.get(range.name).copied().unwrap_or(f64::midpoint(range.low, range.high));
+            *slot = config.parameters.get(range.name).copied().unwrap_or(range.middle());
             // The sign of a size is part of the law: a negative delay or pole has no meaning.
             if !slot.is_finite() || (!range.signed && *slot < 0.0) {
                 return Err(fault(format!("`{}` = {slot} cannot be", range.name)));
             }
         }
+        config.check_ranges()?;
         if entry.kind == Kind::GroundEffect && p[0] >= 2.0 * p[1] {
             return Err(fault(format!("radius {} m is too large for a height of {} m", p[0], p[1])));
         }

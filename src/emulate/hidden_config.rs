@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::Site;
+use crate::effect::{Site, find};
 use crate::model::{AddedEffect, Model};
+use crate::unit::short;
 
 use super::error::EmulateError;
 
@@ -54,6 +55,18 @@ impl HiddenConfig {
             parameters.insert(name.trim().to_owned(), number);
         }
         Ok(Self { effect: effect.trim().to_owned(), parameters, ..Self::default() })
+    }
+
+    /// Refuses a parameter beyond the bounds of the effect's card, which no fit would ever find.
+    pub(super) fn check_ranges(&self) -> Result<(), EmulateError> {
+        let Some(card) = find(&self.effect) else { return Ok(()) };
+        let found = card.parameters.iter().filter_map(|it| Some((it, *self.parameters.get(it.name)?)));
+        let mut outside = found.filter(|(it, value)| !(it.lower..=it.upper).contains(value));
+        let Some((it, value)) = outside.next() else { return Ok(()) };
+        let unit = if it.unit == "-" { String::new() } else { format!(" {}", it.unit) };
+        let [lower, upper, value] = [it.lower, it.upper, value].map(short);
+        let reason = format!("`{}` must lie in {lower}..{upper}{unit}, not {value}", it.name);
+        Err(EmulateError::Hidden { effect: self.effect.clone(), reason })
     }
 
     /// The effects of a model file, by the emulator's own laws; the user's own expressions as they stand.

@@ -252,6 +252,22 @@ fn what_cannot_be_is_refused_by_name() {
     let misnamed = HiddenConfig::parse("gravity_pendulum:mass=1").expect("readable");
     assert!(Law::build(&misnamed).unwrap_err().to_string().contains("no parameter `mass`"));
     assert!(HiddenConfig::parse("gravity_pendulum:moment").is_err());
+    let heavy = HiddenConfig::parse("gravity_pendulum:moment=300").expect("readable");
+    let sentence = Law::build(&heavy).unwrap_err().to_string();
+    assert!(sentence.ends_with("`moment` must lie in -20..20 N m, not 300"), "{sentence}");
+}
+
+/// What is left out is what the law is built with.
+#[test]
+fn a_completed_effect_says_every_number_and_is_the_same() {
+    for (id, names) in catalogue() {
+        let short = HiddenConfig::parse(id).expect("an id");
+        let whole = short.clone().completed();
+        assert_eq!(whole.parameters.len(), names.len(), "{whole}");
+        assert_eq!(Law::build(&whole).expect("it can be"), Law::build(&short).expect("it can be"));
+    }
+    let part = HiddenConfig::parse("gravity_pendulum:moment=0.4").expect("readable").completed();
+    assert_eq!((part.parameters["moment"], part.parameters["angle_offset"]), (0.4, 0.1));
 }
 
 #[test]

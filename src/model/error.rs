@@ -25,6 +25,14 @@ pub enum ModelError {
         /// Line, column and reason.
         reason: String,
     },
+    /// The other kind of file.
+    #[error(
+        "{path} is a bench file, and a model is wanted here: `paper`, or what `identify -o` wrote; bench files go to `--config`"
+    )]
+    IsBench {
+        /// The file.
+        path: PathBuf,
+    },
     /// It names an effect that does not exist.
     #[error("unknown effect `{id}`{}", nearest.as_ref().map_or_else(|| "; `rotorbench effects` lists those there are".to_owned(), |id| format!("; did you mean `{id}`?")))]
     UnknownEffect {

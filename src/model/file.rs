@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::ModelError;
 use super::{MOST_COEFFICIENTS, Model};
 use crate::effect::CATALOGUE;
-use crate::file::{read_settings_text, toml_error, write_atomically};
+use crate::file::{SettingsKind, read_settings_text, settings_kind as kind, toml_error, write_atomically};
 
 fn value_error<T>(what: String) -> Result<T, ModelError> {
     Err(ModelError::Value { what })
@@ -42,7 +42,10 @@ impl Model {
     /// [`ModelError`] naming the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let in_file = |reason: String| ModelError::Syntax { path: path.to_owned(), reason };
-        let model: Self = toml::from_str(text).map_err(|error| in_file(toml_error(text, &error)))?;
+        let model: Self = toml::from_str(text).map_err(|error| match kind(text) {
+            Some(SettingsKind::Bench) => ModelError::IsBench { path: path.to_owned() },
+            _ => in_file(toml_error(text, &error)),
+        })?;
         model.check().map_err(|error| in_file(error.to_string()))?;
         Ok(model)
     }

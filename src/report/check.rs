@@ -84,6 +84,11 @@ pub fn sentence(finding: &Finding) -> String {
              (guard.{}.required)",
             subject.split(' ').next().unwrap_or(subject)
         ),
+        "long_hold" => format!(
+            "{subject} = {}: when a signal is lost or the controller ends, the rotors keep their last command for {0} s before they \
+             are ramped to zero",
+            number("hold_s")
+        ),
         "no_signal_feeds" => format!(
             "the guard requires {subject}, and no signal of bus.sensors feeds it: `{}` could never be armed",
             finding.text("bench")

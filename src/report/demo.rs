@@ -44,7 +44,7 @@ pub fn live_line(bar: &str, now_s: f64, estimate: &Estimate, applied: [f64; 2]) 
 /// What an event of the guard says, so long [s] after the controller's first step.
 #[must_use]
 pub fn guard_line(after_s: f64, event: &crate::signal::GuardEvent, has_ended: bool) -> String {
-    let ended = if has_ended { " (the controller has ended)" } else { "" };
+    let ended = if has_ended { " (as meant: the controller has ended)" } else { "" };
     format!("{after_s:6.2} s  guard: {}{ended}", super::guard::event(event))
 }
 

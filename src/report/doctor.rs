@@ -44,22 +44,55 @@ pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<Row<'a>> {
 #[must_use]
 pub fn text(rows: &[Row]) -> String {
     let mut text = String::new();
-    for (index, row) in rows.iter().enumerate() {
+    let groups: Vec<&[Row]> = rows.chunk_by(|one, next| are_alike(one.finding, next.finding)).collect();
+    for (index, group) in groups.iter().enumerate() {
+        let Some(row) = group.first() else { continue };
         let mark = match row.grade {
             Grade::Good => "ok  ",
             Grade::Warning => "warn",
             Grade::Bad => "BAD ",
             Grade::Mended => "done",
         };
+        let found = if group.len() == 1 { row.found.clone() } else { dead_benches(group) };
         // Writing to a `String` cannot fail.
-        let _ = writeln!(text, "{mark} {:<22}{}", row.check, row.found);
+        let _ = writeln!(text, "{mark} {:<22}{found}", row.check);
         // What mends several in a row is said once, behind the last of them.
-        let is_last = rows.get(index + 1).is_none_or(|next| next.mend != row.mend);
+        let next = groups.get(index + 1).and_then(|next| next.first());
+        let is_last = next.is_none_or(|next| next.mend != row.mend);
         if let Some(mend) = row.mend.as_ref().filter(|_| is_last) {
             let _ = writeln!(text, "     {:<22}→ {mend}", "");
         }
     }
     text
+}
+
+/// Whether two dead benches came to the same: they are told in one line.
+fn are_alike(one: &Finding, other: &Finding) -> bool {
+    let is_dead = one.code.starts_with("dead_bench") && one.code == other.code;
+    is_dead && one.text("error") == other.text("error")
+}
+
+/// Names of dead benches that are told.
+const NAMED: usize = 3;
+
+/// What several dead benches left, in one line.
+fn dead_benches(group: &[Row]) -> String {
+    let sum = |name| group.iter().map(|row| row.finding.count(name)).sum::<usize>();
+    let names: Vec<String> =
+        group.iter().take(NAMED).map(|row| format!("`{}`", row.finding.text("bench"))).collect();
+    let more = if group.len() > NAMED { ", ..." } else { "" };
+    let removed = match group.first().map(|row| row.finding) {
+        Some(finding) if finding.code == "dead_bench_removed" => ": removed".to_owned(),
+        Some(finding) if finding.code == "dead_bench_stays" => format!(": {}", finding.text("error")),
+        _ => String::new(),
+    };
+    format!(
+        "{} benches ({}{more}) have no process and left {} files, {} kB{removed}",
+        group.len(),
+        names.join(", "),
+        sum("files"),
+        sum("bytes") / 1024
+    )
 }
 
 /// What was found where there is nothing to fill in.
@@ -217,5 +250,34 @@ fn fixed_mend(code: &str) -> &'static str {
              /etc/systemd/logind.conf.d/rotorbench.conf; systemctl restart systemd-logind'"
         }
         _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dead(bench: String, code: &'static str, grade: Grade) -> MachineCheck {
+        let finding = Finding::new(code, "dead benches").with("bench", bench.as_str()).with("files", 2_usize);
+        MachineCheck { grade, finding: finding.with("bytes", 4096_usize) }
+    }
+
+    #[test]
+    fn many_dead_benches_are_one_line() {
+        let looked: Vec<MachineCheck> =
+            (1..=40).map(|it| dead(format!("b{it}"), "dead_bench", Grade::Warning)).collect();
+        let text = |looked: &[MachineCheck]| text(&rows(looked));
+        assert_eq!(
+            text(&looked),
+            "warn dead benches          40 benches (`b1`, `b2`, `b3`, ...) have no process and left 80 files, 160 kB\n     \
+                                   → rotorbench doctor --fix\n"
+        );
+        let one = text(&looked[..1]);
+        assert!(one.contains("bench `b1` has no process and left 2 files, 4 kB\n"), "{one}");
+        let removed = [1, 2].map(|it| dead(format!("b{it}"), "dead_bench_removed", Grade::Mended));
+        assert!(
+            text(&removed)
+                .ends_with("2 benches (`b1`, `b2`) have no process and left 4 files, 8 kB: removed\n")
+        );
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::guard::{Cause, State};
 use crate::runtime::experiment::Ending;
+use crate::runtime::operator::Answer;
 use crate::signal::{Channel, GuardEvent};
 
 /// While an experiment waits.
@@ -24,6 +25,19 @@ pub fn event(event: &GuardEvent) -> String {
     }
 }
 
+/// What the guard decided and refused of what an operator asked for. That it refuses what is so already is no news.
+#[must_use]
+pub fn heard(answer: &Answer) -> Vec<String> {
+    let is_news = |it: &&GuardEvent| !answer.was_so || it.cause != Cause::RequestRefused as u32;
+    answer.events.iter().filter(is_news).map(event).collect()
+}
+
+/// The state that a bench is in after what an operator asked for.
+#[must_use]
+pub fn state(answer: &Answer) -> String {
+    if answer.was_so { format!("already {}", answer.state) } else { answer.state.to_string() }
+}
+
 /// Why an experiment ended.
 #[must_use]
 pub fn ending(ending: &Ending) -> String {
@@ -32,5 +46,25 @@ pub fn ending(ending: &Ending) -> String {
         Ending::Stopped => "stopped by the operator".to_owned(),
         Ending::GuardClosed { state, cause } => format!("guard {state}: {cause}"),
         Ending::GuardSilent { after_s } => format!("nothing was heard of the bench's guard for {after_s} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn to_arm_an_armed_bench_is_no_refusal() {
+        let armed = State::Armed as u32;
+        let refused = GuardEvent {
+            from: armed,
+            to: armed,
+            cause: Cause::RequestRefused as u32,
+            ..GuardEvent::default()
+        };
+        let mut answer = Answer { state: State::Armed, obeyed: true, was_so: true, events: vec![refused] };
+        assert_eq!((heard(&answer), state(&answer).as_str()), (vec![], "already armed"));
+        answer.was_so = false;
+        assert_eq!((heard(&answer).len(), state(&answer).as_str()), (1, "armed"));
     }
 }

@@ -15,6 +15,9 @@ use crate::runtime::lockstep::run::LockstepSummary;
 use crate::runtime::lockstep::two_process::AnswerSummary;
 use crate::runtime::run::{EventLine, RunSummary};
 
+/// A run on virtual time of a bench file that speaks of a bus.
+pub const NO_BUS: &str = "virtual time: `[bus]` is not used; `rotorbench check` looks at it";
+
 /// How well the angle was held, on one line.
 #[must_use]
 pub fn angle(angle: &AngleError) -> String {

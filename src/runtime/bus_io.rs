@@ -7,9 +7,9 @@ use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
 use crate::can::{
-    Arrival, BridgeEnd, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
+    Arrival, BridgeEnd, Bus, CanError, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
 };
-use crate::can::{NodeTrouble, Refusal, join, protocol};
+use crate::can::{NodeTrouble, Refusal, join, kernel_has_can, protocol};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
@@ -364,10 +364,15 @@ fn describe(fault: Fault) -> &'static str {
 /// Refuses to arm by itself what may be real hardware.
 pub(crate) fn check_arming(config: &BenchConfig, arm: bool) -> Result<(), ProcessError> {
     let interface = &config.bus.interface;
-    if arm && !is_virtual(interface) {
-        return Err(ProcessError::ArmOnHardware { interface: interface.clone() });
+    if !arm || is_virtual(interface) {
+        return Ok(());
     }
-    Ok(())
+    // What is not there is not hardware either, and to say so would send its user round in a circle.
+    if !kernel_has_can() {
+        return Err(CanError::no_can(interface).into());
+    }
+    InterfaceStatus::read(interface)?;
+    Err(ProcessError::ArmOnHardware { interface: interface.clone() })
 }
 
 /// Ends a loop that owns a guard: `turn` until the ramp has brought the rotors to zero, or the time for it is up.

@@ -70,15 +70,13 @@ pub enum ProcessError {
     /// The operating system has no thread, or no signal handler, to give.
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),
-    /// The static curve has a term that no controller can invert.
-    #[error(
-        "model `{model}`: steady_rate has {terms} coefficients; a controller inverts at most 4 (a cubic)"
-    )]
-    SteadyRate {
+    /// A model that no controller can be built on.
+    #[error("model `{model}`: {error}")]
+    Plant {
         /// Name of the model.
         model: String,
-        /// How many it has.
-        terms: usize,
+        /// Why not.
+        error: ControlError,
     },
     /// `--arm` on what may be real hardware.
     #[error(

@@ -20,6 +20,8 @@ pub struct Answer {
     pub state: State,
     /// Whether it is what was asked for.
     pub obeyed: bool,
+    /// Whether it was that before, so that the guard had nothing to do.
+    pub was_so: bool,
     /// What the guard decided and refused meanwhile.
     pub events: Vec<GuardEvent>,
 }
@@ -47,7 +49,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let patience_s =
         THRESHOLDS.answer_s + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
-    let mut answer = Answer { state: state(&before), obeyed: false, events: Vec::new() };
+    let mut answer = Answer { state: state(&before), obeyed: false, was_so: false, events: Vec::new() };
     while clock::monotonic_ns() < deadline_ns {
         // Ringing again costs nothing, and reaches a guard that had not opened the request yet.
         bell.ring();
@@ -63,6 +65,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
         answer.obeyed = !refused && !answer.events.is_empty() && answer.state == wanted(act);
         if answer.obeyed || refused || answer.state == wanted(act) && state(&before) == wanted(act) {
             answer.obeyed = answer.state == wanted(act);
+            answer.was_so = answer.obeyed && state(&before) == wanted(act);
             break;
         }
     }

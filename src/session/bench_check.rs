@@ -163,13 +163,6 @@ impl BenchCheck {
                 .with("limit_percent", THRESHOLDS.warning_percent)
         });
         let of_interface = interface_findings(config, &interface_look);
-        // What the guard requires by itself, and the bench file takes away.
-        let not_required = Channel::WATCHED.into_iter().filter(|channel| {
-            let sensor = channel.sensor();
-            let is_usual = sensor.guard().is_some_and(|row| row.required);
-            is_usual && config.guard.of(sensor).is_some_and(|it| it.required == Some(false))
-        });
-        let not_required = not_required.map(|channel| Finding::new("not_required", channel.label()));
         Ok(Self {
             bench: config.name.clone(),
             period_s: config.period_s,
@@ -184,13 +177,28 @@ impl BenchCheck {
             obstacles: obstacles(config, &spoken, guard),
             caveats: full
                 .into_iter()
-                .chain(not_required)
+                .chain(guard_caveats(config))
                 .chain(omitted(config, &spoken, guard))
                 .chain(of_interface)
                 .collect(),
             interface_look,
         })
     }
+}
+
+/// What the bench file takes away from the guard's protection.
+fn guard_caveats(config: &BenchConfig) -> Vec<Finding> {
+    // What the guard requires by itself, and the file says that it does not.
+    let not_required = Channel::WATCHED.into_iter().filter(|channel| {
+        let sensor = channel.sensor();
+        let is_usual = sensor.guard().is_some_and(|row| row.required);
+        is_usual && config.guard.of(sensor).is_some_and(|it| it.required == Some(false))
+    });
+    let not_required = not_required.map(|channel| Finding::new("not_required", channel.label()));
+    let hold_s = config.guard.hold_s;
+    let is_long = hold_s > super::thresholds::THRESHOLDS.long_hold_s;
+    let long_hold = is_long.then(|| Finding::new("long_hold", "guard.hold_s").with("hold_s", hold_s));
+    not_required.chain(long_hold).collect()
 }
 
 impl InterfaceLook {
@@ -335,6 +343,21 @@ mod tests {
 
     use super::*;
     use crate::can::protocol;
+
+    #[test]
+    fn a_long_hold_is_warned_of() {
+        let found = |text: &str| {
+            let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("a bench file");
+            let spoken = protocol(&config.bus, config.period_s).expect("a bus");
+            let guard = config.guard.build(config.period_s).expect("a guard");
+            let check = BenchCheck::of(&config, &*spoken, (&guard, &Model::paper())).expect("resolved");
+            check.caveats.iter().any(|it| it.code == "long_hold")
+        };
+        assert_eq!(
+            [found("guard.hold_s = 10.0"), found("guard.hold_s = 0.5"), found("")],
+            [true, false, false]
+        );
+    }
 
     #[test]
     fn a_required_signal_of_no_node_is_an_obstacle() {

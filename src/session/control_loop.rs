@@ -100,7 +100,7 @@ impl ControlLoop {
     /// The loop of `config` about `model` at rest at `angle` [rad], stepped each `period_s` [s].
     ///
     /// # Errors
-    /// [`ProcessError::SteadyRate`] when the model's static curve is of a higher degree than a controller inverts.
+    /// [`ProcessError::Plant`] when no controller can be built on the model.
     pub fn of(
         model: &Model,
         config: ControllerConfig,

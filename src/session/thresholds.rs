@@ -11,6 +11,9 @@ crate::thresholds! {
     shared_memory_need: u64 = 67_108_864, "byte", "judgement";
     /// [byte] that a real-time process locks into memory
     locked_memory_need: u64 = 268_435_456, "byte", "judgement";
+    /// [s] `hold_s` above which `check` warns: what a lost signal leaves the rotors on their last command for, while a body with a
+    /// torque on it turns over
+    long_hold_s: f64 = 0.5, "s", "judgement";
     /// [ns] above which a reading of the clock went through the kernel or to a slow device
     slow_clock_reading_ns: u64 = 400, "ns", "judgement";
     /// share of a ratio of two periods by which it may miss a whole number: then one is a multiple of the other

@@ -100,7 +100,7 @@ fn settings_that_no_controller_can_be_built_on_are_named() {
     for (broken, name) in [
         (PlantParameters { inertia: 0.0, ..plant }, "inertia"),
         (PlantParameters { voltage_gain: -1.0, ..plant }, "voltage_gain"),
-        (PlantParameters { steady_rate_quadratic: -600.0, ..plant }, "steady_rate_quadratic"),
+        (PlantParameters { steady_rate_quadratic: -600.0, ..plant }, "g(u)"),
         (PlantParameters { hover_rate: 1600.0, ..plant }, "hover_rate"),
     ] {
         named(ControllerConfig::default().build(&broken, 0.02).unwrap_err(), name);
