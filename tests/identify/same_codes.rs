@@ -21,9 +21,10 @@ const DEGREES: f64 = 180.0 / PI;
 
 /// What one log is asked about: codes of columns that can hardly be what their names say, and of what else is missing for a model.
 /// What a command says of its own answer is its own.
-const CODES: [&str; 27] = [
+const CODES: [&str; 28] = [
     "value_too_great",
     "column_without_unit",
+    "column_of_no_signal",
     "column_in_another_unit",
     "samples_too_far_apart",
     "readings_too_seldom",

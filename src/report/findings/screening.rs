@@ -97,6 +97,15 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
             text("expected_unit"),
             text("unit")
         ),
+        "column_of_no_signal" => {
+            let columns = finding.texts("columns");
+            format!(
+                "{} {} of the log format: carried along, not used. Meant: {}?",
+                quoted(columns),
+                if columns.len() == 1 { "is no signal" } else { "are no signals" },
+                finding.texts("meant").iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            )
+        }
         "no_battery_voltage" => {
             "no `battery_voltage_v`: the battery counts as full, and its sag shows as an error".to_owned()
         }
@@ -129,6 +138,15 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
         _ => return None,
     };
     Some(said)
+}
+
+/// `a`, `b` and `c`.
+fn quoted(names: &[String]) -> String {
+    let all: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match all.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
+    }
 }
 
 /// Why a log has no part in the result.
