@@ -59,7 +59,8 @@ pub fn text(guessed: &GuessedLog) -> String {
     let mut text = table.text();
     if let Some(name) = guessed.shipped {
         text += &format!(
-            "The shipped mapping `{name}` knows these columns and takes them as the guess does: `--mapping {name}` reads this log.\n"
+            "The shipped mapping `{name}` knows these columns, reads the same signals, and names the shaft torque, too: `--mapping {name}` \
+             reads this log.\n"
         );
     }
     if guessed.mapping.time.is_none() {
@@ -131,4 +132,39 @@ fn assumed(lines: &str, scale: f64) -> String {
         None => format!("{line}\n"),
     };
     lines.lines().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cancel::Cancel;
+    use crate::session::{Job, guess_columns};
+
+    fn guessed(text: &str) -> GuessedLog {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.csv");
+        std::fs::write(&path, text).expect("written");
+        let cancel = Cancel::default();
+        guess_columns(&path, &Job::unwatched(&cancel)).expect("readable").expect("a table")
+    }
+
+    #[test]
+    fn a_guess_without_a_command_asks_for_it() {
+        let said = text(&guessed("t (s),Gas [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
+        let asks = "No command was recognised. If `Gas [%]` is it: `--column 'Gas [%]=command_1:%'`";
+        assert!(said.contains(asks), "{said}");
+        let said = text(&guessed("t (s),Foo,eRPM\n0,10,42000\n0.1,20,63000\n"));
+        assert!(said.contains("`--column 'COLUMN=command_1:%'`"), "{said}");
+        let said = text(&guessed("t (s),throttle [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
+        assert!(!said.contains("No command"), "{said}");
+    }
+
+    #[test]
+    fn pole_pairs_that_nobody_said_are_marked_as_assumed() {
+        let guessed = guessed("t (s),throttle [%],eRPM\n0,10,42000\n0.1,20,63000\n");
+        assert!(text(&guessed).contains("electrical: needs the number of pole pairs"), "{}", text(&guessed));
+        let file = mapping_file(&guessed, "log.csv").expect("written");
+        assert!(file.contains("\nscale = 0.142857 # 1 / pole pairs: 7 assumed, change it\n"), "{file}");
+        assert!(toml::from_str::<MappingConfig>(&file).is_ok(), "{file}");
+    }
 }
