@@ -34,6 +34,8 @@ pub(super) fn other_bench(diagnosis: &Diagnosis) -> &'static str {
 pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let effects: Vec<String> = diagnosis.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let effects = effects.join(" + ");
+    let is_judged_on_fitted = is_judged_on_fitted(diagnosis);
+    let error = if is_judged_on_fitted { "error" } else { "held-out error" };
     let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {effects}."),
         Verdict::Adequate => nothing_missing(&diagnosis.model, mark),
@@ -43,14 +45,13 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
         Verdict::Unknown if effects.is_empty() => {
             "Something is missing, and nothing that was tried explains it.".to_owned()
         }
-        Verdict::Unknown => format!("Something is missing. {}", explained_part(&effects, &diagnosis.error)),
+        Verdict::Unknown => {
+            format!("Something is missing. {}", explained_part(&effects, &diagnosis.error, error))
+        }
         Verdict::InsufficientData => "These data cannot tell.".to_owned(),
     };
-    let answer = if is_judged_on_fitted(diagnosis) {
-        format!("Judged on a log that was fitted, too. {}", answer.replace("held-out error", "error"))
-    } else {
-        answer
-    };
+    let answer =
+        if is_judged_on_fitted { format!("Judged on a log that was fitted, too. {answer}") } else { answer };
     other_bench(diagnosis).to_owned() + &answer
 }
 
@@ -95,21 +96,22 @@ fn nothing_missing(model: &Model, mark: &str) -> String {
     )
 }
 
-/// How far the error falls with what explains a part.
-fn explained_part(effects: &str, error: &ErrorSummary) -> String {
+/// How far the error, which is called `what`, falls with what explains a part.
+fn explained_part(effects: &str, error: &ErrorSummary, what: &str) -> String {
     let (before, after) = (error.without_effects(), error.extended.validate);
     let (floor, unit) = (number(error.noise_floor, 2), error.unit);
     let left = number(after / error.noise_floor, 3);
     if after >= before {
+        let article = if what.starts_with('e') { "an" } else { "a" };
         return format!(
-            "{effects} comes nearest, with a held-out error of {} {unit}; noise is {floor}, so {left} times the noise is left. \
+            "{effects} comes nearest, with {article} {what} of {} {unit}; noise is {floor}, so {left} times the noise is left. \
              Nothing that was tried explains it.",
             number(after, 3)
         );
     }
     let refitted = if before < error.base.validate { " (its own numbers refitted)" } else { "" };
     format!(
-        "With {effects} the held-out error falls from {}{refitted} to {} {unit}; noise is {floor}, so {left} times the noise is \
+        "With {effects} the {what} falls from {}{refitted} to {} {unit}; noise is {floor}, so {left} times the noise is \
          left ({:.0} % of the squared error above it is explained). Nothing that was tried explains the rest.",
         number(before, 3),
         number(after, 3),
@@ -194,7 +196,7 @@ mod tests {
     #[test]
     fn what_explains_a_part_is_said_in_numbers_of_the_better_baseline() {
         let said = |base, refitted, extended| {
-            explained_part("an effect", &ErrorSummary::of_rotor([base, refitted, extended]))
+            explained_part("an effect", &ErrorSummary::of_rotor([base, refitted, extended]), "held-out error")
         };
         let worse = said(17.7, 39.3, 9.626);
         assert!(worse.contains("from 17.7 to 9.63 rad/s") && worse.contains("11.6 times"), "{worse}");
