@@ -10,7 +10,7 @@ use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::model::Model;
-use crate::report::next_steps::NextStep;
+use crate::report::next_steps::{NextStep, Typed};
 use crate::report::{self, json, rotors};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
@@ -104,14 +104,13 @@ fn named(paths: &[PathBuf]) -> Vec<String> {
 fn next_steps(search: &SearchArguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
     let model = search.model.display().to_string();
     let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
-    report::next_steps::next_steps(diagnosis, &model, logs, &search.logs.as_typed())
+    report::next_steps::next_steps(diagnosis, &model, logs, &search.as_typed())
 }
 
 /// The command that takes over what was found of each rotor, as far as there is one.
 fn extensions(search: &SearchArguments, found: &RotorDiagnoses) -> Vec<String> {
     let own = found.rotors.iter().filter_map(|of| {
-        let (model, options) =
-            (search.model.display().to_string(), search.logs.of_rotor(of.rotor).as_typed());
+        let (model, options) = (search.model.display().to_string(), search.as_typed_of_rotor(of.rotor));
         let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
         let steps = report::next_steps::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
         steps.into_iter().find_map(|step| step.command)
@@ -124,10 +123,10 @@ fn whole_story(search: &SearchArguments, found: &RotorDiagnoses) -> String {
     let rotor = found.rotors.first().map_or(1, |of| of.rotor);
     let validate = named(&search.validate).join(" ");
     let held_out = if validate.is_empty() { String::new() } else { format!(" --validate {validate}") };
+    let Typed { logs, windows } = search.as_typed_of_rotor(rotor);
     format!(
-        "rotorbench diagnose --model {} --log {}{}{held_out}",
+        "rotorbench diagnose --model {} --log {}{logs}{held_out}{windows}",
         search.model.display(),
-        named(&search.log).join(" "),
-        search.logs.of_rotor(rotor).as_typed()
+        named(&search.log).join(" ")
     )
 }

@@ -10,6 +10,7 @@ use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
 use crate::fleet::{self, AnswerAndPage, Diagnosed, Event, FleetError, Plan, Shard, Writer};
+use crate::report::next_steps::Typed;
 use crate::report::{self, json};
 use crate::session::{self, Job};
 
@@ -117,13 +118,16 @@ fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<AnswerAndPage,
         return Ok((answer, None));
     }
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
-    let mapping =
-        found.bench.mapping.as_ref().map(|mapping| format!(" --mapping {mapping}")).unwrap_or_default();
+    let option = |name: &str, value: Option<String>| value.map(|value| format!(" --{name} {value}"));
+    let typed = Typed {
+        logs: option("mapping", found.bench.mapping.clone()).unwrap_or_default(),
+        windows: option("horizon-s", found.bench.horizon_s.map(|it| it.to_string())).unwrap_or_default(),
+    };
     let next = report::next_steps::next_steps(
         found.diagnosis,
         &found.bench.model.display().to_string(),
         (&named(&found.bench.log), &named(&found.bench.validate)),
-        &mapping,
+        &typed,
     );
     let shown = if found.validate.is_empty() { found.train } else { found.validate };
     let horizon_s = found.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);

@@ -7,6 +7,7 @@ use super::log_arguments::{LogArguments, horizon};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
+use crate::report::next_steps::Typed;
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
 
@@ -46,6 +47,21 @@ impl SearchArguments {
     /// What the search takes of them.
     pub(super) fn config(&self) -> DiagnoseConfig {
         DiagnoseConfig { horizon: self.horizon_s, ..DiagnoseConfig::default() }
+    }
+
+    /// The options as they were typed.
+    pub(super) fn as_typed(&self) -> Typed {
+        Typed { logs: self.logs.as_typed(), windows: self.windows_as_typed() }
+    }
+
+    /// The same of one rotor alone.
+    pub(super) fn as_typed_of_rotor(&self, rotor: usize) -> Typed {
+        Typed { logs: self.logs.of_rotor(rotor).as_typed(), windows: self.windows_as_typed() }
+    }
+
+    fn windows_as_typed(&self) -> String {
+        let is_default = self.horizon_s == DiagnoseConfig::default().horizon;
+        if is_default { String::new() } else { format!(" --horizon-s {}", self.horizon_s) }
     }
 
     /// What a comparison takes of them, over the same windows.

@@ -17,8 +17,8 @@ use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::moments::mean_square;
 use crate::model::{Effect, Measure, Model};
-use crate::screening::ScreenedLog;
 use crate::screening::attitude::inertia_in_degrees;
+use crate::screening::{DrivenBy, ScreenedLog};
 
 /// The answer from what was found in each block, and the verdict on it.
 pub(crate) fn conclude(
@@ -47,6 +47,10 @@ pub(crate) fn conclude(
         candidates: blocks.iter().flat_map(|found| candidates(found, &effects)).collect(),
         findings: super::caveats::warnings(logs, blocks).into_iter().chain(in_degrees).collect(),
         next_experiment,
+        is_torque_driven: logs
+            .iter()
+            .filter_map(ScreenedLog::body)
+            .any(|body| body.driven_by() == DrivenBy::TorqueCommand),
         turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,
         alternative_errors,

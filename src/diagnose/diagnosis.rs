@@ -200,6 +200,9 @@ pub struct Diagnosis {
     /// A body that moves, and not as the torque on it would have it, which no effect explains.
     #[serde(skip)]
     pub turns_against_torque: bool,
+    /// A commanded torque drives the body of a log, and no rotor does.
+    #[serde(skip)]
+    pub is_torque_driven: bool,
     /// The model with the effects, refitted.
     #[serde(skip)]
     pub model: Model,

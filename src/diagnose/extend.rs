@@ -18,7 +18,7 @@ use crate::identify;
 use crate::model::{Effect, ErrorFall, LogReference, Model, ModelStep};
 use crate::screening::attitude::inertia_in_degrees;
 use crate::screening::summary::LogSummary;
-use crate::screening::{Finding, ScreenedLog};
+use crate::screening::{Finding, ScreenedBody, ScreenedLog};
 
 /// A model with more effects.
 #[derive(Debug, Clone)]
@@ -75,7 +75,7 @@ pub fn extend(
         None => Vec::new(),
     };
     let mut blocks = build(train, validate, &near)?;
-    check_fitted(ids, &blocks)?;
+    check_fitted(ids, &blocks, (&known, train))?;
     let error = blocks.error_summary(config);
     if ids.is_empty() {
         check_numbers(model, (&blocks, &findings), &error)?;
@@ -148,11 +148,22 @@ fn check_effects(model: &Model, ids: &[String], logs: &[ScreenedLog]) -> Result<
 }
 
 /// Refuses effects that nothing was fitted to.
-fn check_fitted(ids: &[String], blocks: &Blocks) -> Result<(), DiagnoseError> {
+fn check_fitted(
+    ids: &[String],
+    blocks: &Blocks,
+    (known, logs): (&[Effect], &[ScreenedLog]),
+) -> Result<(), DiagnoseError> {
     if let Some(id) =
         ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
     {
-        return Err(DiagnoseError::Refused { effect: id.clone(), why: Refusal::NoBlock });
+        let is_of_body = known.iter().any(|effect| effect.id == *id && !effect.site.is_rotor());
+        let held: Vec<String> = logs
+            .iter()
+            .filter(|log| is_of_body && log.body().is_some_and(ScreenedBody::is_held))
+            .map(|log| log.source_name().to_owned())
+            .collect();
+        let why = if held.is_empty() { Refusal::NoBlock } else { Refusal::BodyHeldIn { logs: held } };
+        return Err(DiagnoseError::Refused { effect: id.clone(), why });
     }
     // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.
     for found in blocks.found.iter().filter(|found| !found.answer.effects.is_empty()) {

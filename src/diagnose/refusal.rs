@@ -64,6 +64,12 @@ pub enum Refusal {
     /// Nothing in the logs that it acts in.
     #[error("the logs have no block that it acts in")]
     NoBlock,
+    /// It acts in the body, which was held still.
+    #[error("the body was held still in {}: log it swinging", logs.join(", "))]
+    BodyHeldIn {
+        /// The logs.
+        logs: Vec<String>,
+    },
     /// Insufficient data: too few samples.
     #[error("{samples} samples are too few to tell anything, {needed} are the least")]
     TooFewSamples {

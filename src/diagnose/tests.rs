@@ -84,6 +84,7 @@ impl Diagnosis {
             next_experiment: None,
             alternative_errors: Vec::new(),
             turns_against_torque: false,
+            is_torque_driven: false,
             model: Model::paper(),
         }
     }

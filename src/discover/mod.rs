@@ -5,7 +5,7 @@
 //! Gauss and Newton through the simulation; the best formulas are refitted by output error, and the held-out error decides.
 
 pub mod answer;
-mod assemble;
+pub(crate) mod assemble;
 mod channels;
 mod forms;
 mod formula;

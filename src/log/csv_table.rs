@@ -220,6 +220,7 @@ impl Reader<'_> {
             path: self.path.to_owned(),
             column: column.to_owned(),
             signal: signal.to_owned(),
+            mapping: self.mapping.name.clone(),
             reason,
             header: listed(header.iter().map(String::as_str)),
         })

@@ -42,7 +42,9 @@ pub enum ForeignError {
         reason: String,
     },
     /// The mapping names a column that the file does not have, or has twice.
-    #[error("{path}: {reason} column `{column}` (for `{signal}`); the header reads {header}")]
+    #[error(
+        "{path}: {reason} column `{column}` (for `{signal}` of the mapping `{mapping}`); the header reads {header}"
+    )]
     Column {
         /// The file.
         path: PathBuf,
@@ -50,6 +52,8 @@ pub enum ForeignError {
         column: String,
         /// The signal that needs it.
         signal: String,
+        /// The mapping's file, or its name.
+        mapping: String,
         /// `no` or `more than one`.
         reason: &'static str,
         /// The columns that are there.

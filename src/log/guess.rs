@@ -2,10 +2,12 @@
 //! becomes a mapping file; nothing is fitted on one that nobody saw.
 
 mod meanings;
+mod near;
 
 use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
+pub use near::{meant_by, possible_command};
 
 use super::mapping::SignalMapping;
 use super::signals::{MOST_ROTORS, log_signal};
@@ -27,6 +29,8 @@ pub enum Certainty {
     Named,
     /// The name says what it is; the unit is guessed from the values.
     UnitGuessed,
+    /// The name says a rate of the motor's field: the rotor's times the pole pairs, whose number is assumed.
+    Electrical,
     /// Nothing is known of it: it is carried along under its own name.
     Unknown,
     /// No number is seen in it: it is left out.
@@ -65,14 +69,22 @@ pub struct GuessedColumn {
     pub samples: Vec<f64>,
 }
 
-/// Guesses what each column means. A signal is given once: to the first column that means it.
+/// Guesses what each column means. A signal is given once: to the first column that means it, and to an electrical rate where
+/// no other does.
 #[must_use]
 pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
     let counts_from_zero = columns.iter().any(|column| Words::of(&column.name).number == Some(0));
+    let meant: Vec<_> = columns.iter().map(|column| meant(column, counts_from_zero)).collect();
+    let has_other = |signal: &str| {
+        meant.iter().flatten().any(|it| it.signal == signal && it.certainty != Certainty::Electrical)
+    };
     let mut found: Vec<GuessedColumn> = Vec::new();
-    for column in columns.iter().filter(|column| !column.name.is_empty()) {
-        let guessed =
-            meant(column, counts_from_zero).filter(|it| !found.iter().any(|other| other.signal == it.signal));
+    for (column, meant) in columns.iter().zip(&meant).filter(|(column, _)| !column.name.is_empty()) {
+        let is_taken = |it: &GuessedColumn| {
+            let is_second = it.certainty == Certainty::Electrical && has_other(&it.signal);
+            is_second || found.iter().any(|other| other.signal == it.signal)
+        };
+        let guessed = meant.clone().filter(|it| !is_taken(it));
         found.push(guessed.unwrap_or_else(|| unknown(column, &found)));
     }
     found
@@ -153,6 +165,9 @@ impl Words {
             }
             before = letter;
         }
+        if bracket.is_some_and(|text| text.eq_ignore_ascii_case("erpm")) {
+            words.push("erpm".to_owned());
+        }
         // Stands for two motors call them A and B: `ESC A (µs)`.
         let letter = words.last().filter(|_| bracket.is_some() && words.len() > 1);
         if let Some(of) = letter.and_then(|word| ["a", "b"].iter().position(|it| it == word)) {
@@ -176,9 +191,32 @@ impl Words {
         if meaning.si == "N" { self.unit.map(weight) } else { self.unit }
     }
 
+    /// Whether it is a rate of the motor's field, in electrical revolutions.
+    fn is_electrical(&self) -> bool {
+        ["erpm", "e_rpm", "electrical_rpm"].iter().any(|word| self.has(word))
+    }
+
+    /// Whether this word says that, and nothing more.
+    fn is_electrical_by(&self, word: &str) -> bool {
+        word == "electrical" && self.is_electrical()
+    }
+
     fn has(&self, wanted: &str) -> bool {
         let parts: Vec<&str> = wanted.split('_').collect();
         self.words.windows(parts.len()).any(|words| words == parts)
+    }
+}
+
+impl Meaning {
+    /// Whether a name says this.
+    fn is_named_by(&self, words: &Words) -> bool {
+        let more = self.with.is_empty() || self.with.iter().any(|word| words.has(word));
+        more && self.words.iter().any(|word| words.has(word)) && !self.is_excluded_by(words)
+    }
+
+    /// Whether a name says that it is something else.
+    fn is_excluded_by(&self, words: &Words) -> bool {
+        self.without.iter().any(|word| words.has(word) && !words.is_electrical_by(word))
     }
 }
 
@@ -222,11 +260,8 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     let meaning = MEANINGS.iter().find(|meaning| {
         let fits =
             words.unit_for(meaning).is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
-        let excluded = meaning.without.iter().any(|word| words.has(word));
-        let more = meaning.with.is_empty() || meaning.with.iter().any(|word| words.has(word));
-        let named = more && meaning.words.iter().any(|word| words.has(word));
-        let by_unit = meaning.by_unit && words.unit.is_some();
-        fits && !excluded && (named || by_unit)
+        let by_unit = meaning.by_unit && words.unit.is_some() && !meaning.is_excluded_by(&words);
+        fits && (meaning.is_named_by(&words) || by_unit)
     })?;
     let number = words.number.map_or(1, |number| number + usize::from(counts_from_zero));
     if !(1..=MOST_ROTORS).contains(&number) {
@@ -242,6 +277,11 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     }
     if meaning.signal == columns::TIME && words.unit.is_none() {
         return Some(guessed(column, signal, time_unit(column)?, (1.0, 0.0), Certainty::UnitGuessed));
+    }
+    if meaning.signal == columns::ANY_PROPELLER_RATE && words.is_electrical() {
+        let unit = words.unit.filter(|unit| measures(unit, meaning.si)).unwrap_or("rpm");
+        let scale = 1.0 / THRESHOLDS.guess_pole_pairs;
+        return Some(guessed(column, signal, unit, (scale, 0.0), Certainty::Electrical));
     }
     let size = quantile_of_size(column);
     let by_values = meaning.units.iter().find(|(most, _)| size <= *most).map(|(_, unit)| *unit);

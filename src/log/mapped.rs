@@ -152,6 +152,7 @@ impl Assembly<'_> {
                     path: self.path.to_owned(),
                     column: signal.columns().join("`, `"),
                     signal: signal.name.clone(),
+                    mapping: self.mapping.name.clone(),
                     reason: "in one table, with one clock, there are not all of",
                     header: listed(tables.iter().map(|table| table.name.as_str())),
                 });
@@ -228,6 +229,7 @@ impl Assembly<'_> {
                     path: self.path.to_owned(),
                     column: column.to_owned(),
                     signal: signal.to_owned(),
+                    mapping: self.mapping.name.clone(),
                     reason: if found.is_empty() { "no" } else { "more than one" },
                     header: listed(all.iter().map(String::as_str)),
                 })

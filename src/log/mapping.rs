@@ -169,6 +169,8 @@ fn one() -> f64 {
 /// A mapping that has been checked.
 #[derive(Debug, Clone)]
 pub struct Mapping {
+    /// Its file, or its name.
+    pub(crate) name: String,
     pub(crate) config: MappingConfig,
     pub(crate) encoding: &'static encoding_rs::Encoding,
     /// Which rows count.
@@ -236,7 +238,14 @@ impl Mapping {
         let config = MappingConfig::new(Some(time), signals.collect());
         let units = vec![None; config.signal.len()];
         let time_unit = Unit { name: "s", si: "s", scale: 1.0, offset: 0.0 };
-        Self { config, encoding: encoding_rs::UTF_8, filter: None, time_unit, units }
+        Self {
+            name: "of our own names".to_owned(),
+            config,
+            encoding: encoding_rs::UTF_8,
+            filter: None,
+            time_unit,
+            units,
+        }
     }
 
     /// The columns that it needs.
@@ -331,7 +340,7 @@ impl MappingConfig {
             })?;
             units.push(unit);
         }
-        Ok(Mapping { config: self, encoding, filter, time_unit, units })
+        Ok(Mapping { name: path.display().to_string(), config: self, encoding, filter, time_unit, units })
     }
 }
 

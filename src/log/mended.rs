@@ -1,6 +1,6 @@
 //! A guess that somebody mends: what a column becomes, and in which unit it comes.
 
-use super::guess::{Certainty, GuessedColumn, own_name};
+use super::guess::{Certainty, GuessedColumn, meant_by, own_name};
 use super::signals::log_signal;
 use crate::signal::columns;
 use crate::unit::{UNITS, Unit, UnitError};
@@ -36,13 +36,26 @@ pub enum MendError {
     },
     /// A unit of a channel that is only carried along.
     #[error(
-        "column `{column}`: `{signal}` is no signal of the log format: it is carried along as it is, without a unit"
+        "column `{column}`: `{signal}` is no signal of the log format: it is carried along as it is, without a unit{}",
+        meant.as_ref().map_or_else(String::new, |meant| format!("; meant: `{meant}`?"))
     )]
     Own {
         /// The column.
         column: String,
         /// What it was to become.
         signal: String,
+        /// The signal that was meant, perhaps.
+        meant: Option<String>,
+    },
+    /// A form that no command comes in.
+    #[error("column `{column}`: `{signal}` does not come in `{unit}`; a command comes in {}", forms())]
+    Command {
+        /// The column.
+        column: String,
+        /// What it was to become.
+        signal: String,
+        /// What was said.
+        unit: String,
     },
 }
 
@@ -71,6 +84,11 @@ const COMMANDS: [Conversion; 5] = [
     conversion("ms", "-", 1.0, -1.0),
     conversion("dshot", "-", 1.0 / 1999.0, -48.0 / 1999.0),
 ];
+
+/// The forms of commands, as they are written.
+fn forms() -> String {
+    COMMANDS.map(|form| format!("`{}`", form.name)).join(", ")
+}
 
 /// The units that a signal may come in, each once; none of a channel that is only carried along.
 #[must_use]
@@ -151,7 +169,11 @@ fn free(columns: &[GuessedColumn], place: usize, given: &str) -> String {
 /// Unit, factor and offset of a column that becomes `signal`.
 fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'a str, f64, f64), MendError> {
     let Some(known) = log_signal(signal) else {
-        let own = || MendError::Own { column: column.to_owned(), signal: signal.to_owned() };
+        let own = || MendError::Own {
+            column: column.to_owned(),
+            signal: signal.to_owned(),
+            meant: meant_by(signal),
+        };
         return if unit.is_none_or(str::is_empty) { Ok(("", 1.0, 0.0)) } else { Err(own()) };
     };
     let word = unit.unwrap_or(known.unit);
@@ -161,6 +183,10 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
     }
     match Unit::parse(word, known.unit) {
         Ok(_) => Ok((word, 1.0, 0.0)),
+        Err(_) if columns::is_command(signal) => {
+            let [column, signal, unit] = [column, signal, word].map(str::to_owned);
+            Err(MendError::Command { column, signal, unit })
+        }
         Err(source) => Err(MendError::Unit { column: column.to_owned(), source }),
     }
 }
@@ -233,6 +259,20 @@ mod tests {
             assert!(mend(&mut columns, name, signal, unit).is_err(), "{name}, {signal}, {unit:?}");
         }
         assert_eq!(columns, before);
+        let mut said = |signal, unit| {
+            mend(&mut columns, "Speed", signal, Some(unit)).expect_err("cannot be").to_string()
+        };
+        assert!(
+            said("command", "%").ends_with("without a unit; meant: `command_1`?"),
+            "{}",
+            said("command", "%")
+        );
+        assert!(said("my_own", "%").ends_with("without a unit"));
+        assert!(
+            said("command_1", "percent").ends_with("comes in `-`, `%`, `us`, `ms`, `dshot`"),
+            "{}",
+            said("command_1", "percent")
+        );
         assert_eq!(conversions("my_speed"), []);
         let rates = conversions("propeller_rate_3_rad_s");
         assert!(rates.iter().any(|it| it.name == "rpm") && !rates.iter().any(|it| it.name == "RPM"));

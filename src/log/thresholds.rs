@@ -31,6 +31,8 @@ crate::thresholds! {
     guess_body_angle: f64 = 6.3, "rad", "one turn";
     /// [rad/s] size up to which propeller rates without a unit are radians a second, not rpm.
     guess_propeller_rate: f64 = 2_500.0, "rad/s", "judgement";
+    /// [-] pole pairs that a rate in electrical revolutions is divided by until somebody says how many there are.
+    guess_pole_pairs: f64 = 7.0, "-", "most motors of multirotors have 14 magnets";
     /// [µs] range of commands without a unit that are servo pulses.
     guess_pulse: (f64, f64) = (800.0, 2200.0), "µs", "servo pulses of 1000 to 2000 µs, and what overshoots";
     /// [s] from row to row of a machine's log: of a time without a unit, the unit that makes it so.

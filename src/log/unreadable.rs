@@ -1,6 +1,6 @@
 //! Files that people have and that are no log here: what each is, and what makes a log of it.
 
-use super::format::Start;
+use super::format::{START, Start};
 
 /// A kind of file that is recognised and not read.
 struct Kind {
@@ -65,12 +65,32 @@ const KINDS: &[Kind] = &[
 /// First byte of a log of Crazyflie's micro-SD deck.
 const CRAZYFLIE: u8 = 0xbc;
 
+/// What is written in TOML is settings, each kind of which has its own option.
+const TOML: (&str, &str) = (
+    "TOML, not a log",
+    "a bench file is named with --config, a mapping with --mapping, a model with --model",
+);
+
+/// Whether a file is TOML, by its name or by the lines that its beginning holds whole.
+fn is_toml(start: &Start) -> bool {
+    if start.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return true;
+    }
+    let end = if start.bytes.len() < START { Some(start.bytes.len()) } else { last_line_end(start.bytes) };
+    let whole = end.and_then(|end| std::str::from_utf8(&start.bytes[..end]).ok());
+    whole.and_then(|text| toml::from_str::<toml::Table>(text).ok()).is_some_and(|table| !table.is_empty())
+}
+
+fn last_line_end(bytes: &[u8]) -> Option<usize> {
+    bytes.iter().rposition(|byte| *byte == b'\n')
+}
+
 /// What a file is that no format reads, and what makes a log of it.
 #[must_use]
 pub fn recognised(start: &Start) -> Option<(&'static str, &'static str)> {
     let begins = |kind: &&Kind| start.bytes.get(kind.at..).is_some_and(|rest| rest.starts_with(kind.begins));
     let known = KINDS.iter().find(begins).map(|kind| (kind.what, kind.instead));
-    known.or_else(|| {
+    known.or_else(|| is_toml(start).then_some(TOML)).or_else(|| {
         (start.bytes.first() == Some(&CRAZYFLIE)).then_some((
             "a log of Crazyflie's micro-SD deck",
             "write it as CSV with `cfusdlog.py` of the Crazyflie firmware",
@@ -98,6 +118,10 @@ mod tests {
             what(b"version https://git-lfs.github.com/spec/v1\n").is_some_and(|it| it.contains("Git LFS"))
         );
         assert!(what(b"\xbc\x02\x00").is_some_and(|it| it.contains("Crazyflie")));
+        assert_eq!(what(b"# a bench\nname = \"x\"\n[guard]\nmisses = 3\n"), Some("TOML, not a log"));
+        let named = recognised(&Start { bytes: b"[[", path: Path::new("m.toml") });
+        assert_eq!(named.map(|it| it.0), Some("TOML, not a log"));
+        assert_eq!(what(b"# a remark\n"), None);
         assert_eq!(what(b"time_s,a\n"), None);
         assert_eq!(what(b""), None);
     }

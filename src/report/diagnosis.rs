@@ -1,8 +1,9 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
+use super::card_sentence::{card_sentence, in_doubt};
 use super::measure::measure;
 use super::next_steps::NextStep;
-use super::story::{card_sentence, error_table, failing, found_parameters, moves_voltage_gain, step_title};
+use super::story::{error_table, failing, found_parameters, moves_voltage_gain, step_title};
 use super::verdict;
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::Comparison;
@@ -30,7 +31,7 @@ pub fn page(
     key_numbers(&mut page, &diagnosis.error);
     page.heading("What to do next").list(next.iter().map(NextStep::text));
     let moved = moves_voltage_gain(diagnosis.changed_parameters.iter().map(|changed| &changed.name));
-    cards(&mut page, &diagnosis.effects, (&diagnosis.model, moved));
+    cards(&mut page, &diagnosis.effects, (&diagnosis.model, moved), diagnosis.parameters.iter());
     parameters(&mut page, diagnosis);
     if let Some(reservation) = verdict::reservation(diagnosis) {
         page.paragraph(reservation);
@@ -80,8 +81,10 @@ pub fn extension_page(
     page.verdict(mark, sentence);
     key_numbers(&mut page, error);
     let moved = moves_voltage_gain(extension.model.last_changes().iter().map(|changed| &changed.name));
-    cards(&mut page, added, (&extension.model, moved));
-    parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
+    let found = found_parameters(&extension.model);
+    let found = || found.iter().map(|(name, found)| (name, found));
+    cards(&mut page, added, (&extension.model, moved), found());
+    parameter_table(&mut page, found());
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
     page.table(error_table(error, ["model", "fitted on", "held out"]).caption(measure(&error.measure)));
@@ -125,9 +128,14 @@ pub(super) fn key_numbers(page: &mut Page, error: &ErrorSummary) {
 }
 
 /// The cards of effects in plain words; of the user's own what the model file says of them.
-fn cards(page: &mut Page, effects: &[String], (model, voltage_gain_moved): (&Model, bool)) {
+fn cards<'a>(
+    page: &mut Page,
+    effects: &[String],
+    base: (&Model, bool),
+    found: impl Iterator<Item = (&'a String, &'a FoundParameter)> + Clone,
+) {
     let acts_on = |site: Site| format!("(acts on: {})", site.name().replace('_', " "));
-    for user in effects.iter().filter_map(|id| model.user_effect(id)) {
+    for user in effects.iter().filter_map(|id| base.0.user_effect(id)) {
         page.heading(&user.id);
         if !user.meaning.is_empty() {
             page.paragraph(&user.meaning);
@@ -136,8 +144,9 @@ fn cards(page: &mut Page, effects: &[String], (model, voltage_gain_moved): (&Mod
             .paragraph("An effect of the user's own, from the model file.");
     }
     for card in effects.iter().filter_map(|id| find(id)) {
+        let meaning = card_sentence(card, in_doubt(base, card, found.clone()));
         page.heading(card.id)
-            .paragraph(format!("{} {}", card_sentence(card, voltage_gain_moved), card.report[1]))
+            .paragraph(format!("{meaning} {}", card.report[1]))
             .formula(format!("{}    {}", card.equation, acts_on(card.site)))
             .paragraph(format!("How it shows: {}", card.residual))
             .paragraph(format!("Source: {}. Experiment: {}", card.source, card.experiment));

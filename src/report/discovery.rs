@@ -83,7 +83,14 @@ pub fn headline(found: &Discovery, mark: &str) -> String {
             100.0 * found.shape.as_ref().map_or(0.0, |shape| shape.explained)
         ),
         LawVerdict::Diagnosed(Verdict::Unknown) => {
-            "Something is missing, and no function of what was logged explains it.".to_owned()
+            let effects = &found.effects;
+            let named = effects.iter().map(|id| format!("{mark}{id}{mark}")).collect::<Vec<_>>().join(" + ");
+            let best = if effects.is_empty() {
+                String::new()
+            } else {
+                format!(" What is extended below has {named}, the best of the catalogue.")
+            };
+            format!("Something is missing, and no function of what was logged explains it.{best}")
         }
         LawVerdict::Catalogue | LawVerdict::Diagnosed(Verdict::Adequate) => {
             format!("No law is to be discovered. {}", catalogue(found, mark))
@@ -270,4 +277,22 @@ fn drawn(shape: &Shape) -> Plot {
         plot = plot.series(Series::line("formula", &x, &centred(&formula)).tone(Tone::Model));
     }
     plot
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::Diagnosis;
+    use crate::discover::assemble::of_catalogue;
+
+    #[test]
+    fn what_the_extended_error_is_of_is_said() {
+        let said = |effects: &[&str]| headline(&of_catalogue(Diagnosis::of(Verdict::Unknown, effects)), "`");
+        let begin = "Something is missing, and no function of what was logged explains it.";
+        assert_eq!(said(&[]), begin);
+        assert_eq!(
+            said(&["transport_delay"]),
+            format!("{begin} What is extended below has `transport_delay`, the best of the catalogue.")
+        );
+    }
 }

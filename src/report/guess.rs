@@ -1,10 +1,11 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
 use super::Table;
-use crate::log::guess::{Certainty, GuessedColumn};
+use crate::log::guess::{Certainty, GuessedColumn, possible_command};
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
+use crate::signal::columns;
 use crate::unit::short;
 
 /// How sure a guess is, in words.
@@ -13,6 +14,7 @@ pub fn certainty(of: Certainty) -> &'static str {
     match of {
         Certainty::Named => "its name says so",
         Certainty::UnitGuessed => "unit guessed from the values",
+        Certainty::Electrical => "electrical: needs the number of pole pairs",
         Certainty::Unknown => "not recognised",
         Certainty::Empty => "no numbers: left out",
         Certainty::Said => "as you say",
@@ -57,14 +59,33 @@ pub fn text(guessed: &GuessedLog) -> String {
     let mut text = table.text();
     if let Some(name) = guessed.shipped {
         text += &format!(
-            "The shipped mapping `{name}` knows these columns and takes them as the guess does: `--mapping {name}` reads this log.\n"
+            "The shipped mapping `{name}` knows these columns, reads the same signals, and names the shaft torque, too: `--mapping {name}` \
+             reads this log.\n"
         );
     }
     if guessed.mapping.time.is_none() {
         text += "No column looks like the time (stamps of date and time are not read): write one of seconds, or `period_s`, into [time] of \
                  the mapping.\n";
     }
-    text
+    text + &without_command(guessed)
+}
+
+/// What to do where no command was recognised; nothing where there is one.
+fn without_command(guessed: &GuessedLog) -> String {
+    let drives = |name: &str| columns::is_command(name) || name == columns::TORQUE_COMMAND;
+    if guessed.mapping.signal.iter().any(|signal| drives(&signal.name)) {
+        return String::new();
+    }
+    match possible_command(&guessed.columns) {
+        Some((column, unit)) => format!(
+            "No command was recognised. If `{column}` is it: `--column '{column}=command_1:{unit}'`\n"
+        ),
+        None => {
+            "No command was recognised. Say which column it is and what it comes in (-, %, us, ms, dshot): \
+                 `--column 'COLUMN=command_1:%'`\n"
+                .to_owned()
+        }
+    }
 }
 
 /// What to do with a guess.
@@ -95,7 +116,55 @@ pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser
             text += &format!("# {}\n", certainty(column.certainty));
         }
         text += "[[signal]]\n";
-        text += toml::to_string(signal)?.trim_end();
+        let is_electrical = column.is_some_and(|it| it.certainty == Certainty::Electrical);
+        let lines = toml::to_string(signal)?;
+        text += (if is_electrical { assumed(&lines, signal.scale) } else { lines }).trim_end();
     }
     Ok(text + "\n")
+}
+
+/// The lines of a signal whose factor is 1 / pole pairs, of which nobody has said how many there are.
+fn assumed(lines: &str, scale: f64) -> String {
+    let line = |line: &str| match line.strip_prefix("scale = ") {
+        Some(_) => {
+            format!("scale = {} # 1 / pole pairs: {} assumed, change it\n", short(scale), short(1.0 / scale))
+        }
+        None => format!("{line}\n"),
+    };
+    lines.lines().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cancel::Cancel;
+    use crate::session::{Job, guess_columns};
+
+    fn guessed(text: &str) -> GuessedLog {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.csv");
+        std::fs::write(&path, text).expect("written");
+        let cancel = Cancel::default();
+        guess_columns(&path, &Job::unwatched(&cancel)).expect("readable").expect("a table")
+    }
+
+    #[test]
+    fn a_guess_without_a_command_asks_for_it() {
+        let said = text(&guessed("t (s),Gas [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
+        let asks = "No command was recognised. If `Gas [%]` is it: `--column 'Gas [%]=command_1:%'`";
+        assert!(said.contains(asks), "{said}");
+        let said = text(&guessed("t (s),Foo,eRPM\n0,10,42000\n0.1,20,63000\n"));
+        assert!(said.contains("`--column 'COLUMN=command_1:%'`"), "{said}");
+        let said = text(&guessed("t (s),throttle [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
+        assert!(!said.contains("No command"), "{said}");
+    }
+
+    #[test]
+    fn pole_pairs_that_nobody_said_are_marked_as_assumed() {
+        let guessed = guessed("t (s),throttle [%],eRPM\n0,10,42000\n0.1,20,63000\n");
+        assert!(text(&guessed).contains("electrical: needs the number of pole pairs"), "{}", text(&guessed));
+        let file = mapping_file(&guessed, "log.csv").expect("written");
+        assert!(file.contains("\nscale = 0.142857 # 1 / pole pairs: 7 assumed, change it\n"), "{file}");
+        assert!(toml::from_str::<MappingConfig>(&file).is_ok(), "{file}");
+    }
 }

@@ -7,9 +7,10 @@ pub(super) use plots::error_plots;
 
 use super::{Mark, Page, Table, number};
 use crate::effect::{self, Site, Term};
-use crate::identify::{DegreeScore, Estimate, Identification, Validation};
+use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
 use crate::report::findings::{driven_by, outcome, sentence, step};
 use crate::report::json::with_sentences;
+use crate::screening::{DrivenBy, Finding};
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -55,12 +56,24 @@ impl Identification {
             table = table.row(cells("c_p0", thrust.offset, "N", &tangent));
         }
         if let Some(body) = &self.body {
-            table = table.row(cells("d/J", body.arm_over_inertia, "1/(kg m)", driven_by(body.driven_by)));
-            let with_arm = format!("with the arm d = {} m", number(body.arm, 4));
-            table = table.row(cells("J", body.inertia, "kg m²", &with_arm));
+            table = Self::inertia_rows(body).into_iter().fold(table, Table::row);
             table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
         }
         table
+    }
+
+    /// J, and where rotors drive the body what it is with the arm: from a commanded torque only torque / J shows.
+    fn inertia_rows(body: &Body) -> Vec<[String; 6]> {
+        let driven = driven_by(body.driven_by);
+        if body.driven_by == DrivenBy::TorqueCommand.code() {
+            let from = format!("{driven}, taken for N m");
+            return vec![cells("J", body.inertia, "kg m²", &from)];
+        }
+        let with_arm = format!("with the arm d = {} m", number(body.arm, 4));
+        vec![
+            cells("d/J", body.arm_over_inertia, "1/(kg m)", driven),
+            cells("J", body.inertia, "kg m²", &with_arm),
+        ]
     }
 
     /// The pole from z, with the delay beside it.
@@ -176,9 +189,12 @@ impl Identification {
     pub fn warnings(&self) -> Vec<String> {
         let (of_logs, of_model): (Vec<_>, Vec<_>) =
             self.findings.iter().partition(|finding| !finding.place().is_empty());
-        let of_all = of_model.into_iter().chain(of_logs).map(sentence);
+        // That the template's battery is another one is said where another voltage is taken as full.
+        let takes_own = self.findings.iter().any(|it| it.code == "battery_above_full_voltage");
+        let is_said = |finding: &&Finding| !(takes_own && finding.code == "battery_of_other_bench");
+        let of_all = of_model.into_iter().chain(of_logs).filter(is_said).map(sentence);
         let of_rotors = self.rotors.iter().flat_map(|of| {
-            let own = of.findings.iter().filter(|finding| !self.findings.contains(finding));
+            let own = of.findings.iter().filter(|it| !self.findings.contains(it)).filter(is_said);
             own.map(|finding| {
                 let said = sentence(finding);
                 let rotor = format!("rotor {}", of.rotor);

@@ -3,7 +3,7 @@
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::import_notes::Places;
-use crate::log::signals::rotor_of;
+use crate::log::signals::{log_signal, rotor_of};
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;
@@ -28,13 +28,14 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
     for channel in &findings.channels {
         let [least, greatest] = channel.range;
         lines.push(format!(
-            "{:<24}{:>9}{:>9}{:>10.2}{:>14.6}{:>14.6}",
+            "{:<24}{:>9}{:>9}{:>10.2}{:>14.6}{:>14.6}{}",
             channel.name,
             channel.samples,
             channel.missing,
             1e3 * channel.median_interval_s,
             least,
-            greatest
+            greatest,
+            if log_signal(&channel.name).is_none() { "  carried along, not used" } else { "" }
         ));
     }
     lines.extend(note_lines(notes));

@@ -49,6 +49,7 @@
 //! [`Table::text`]; [`sparkline`] draws a signal in one line of text.
 
 mod bars;
+mod card_sentence;
 pub mod check;
 pub mod comparison;
 mod decimate;

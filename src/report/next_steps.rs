@@ -61,7 +61,8 @@ impl NextStep {
     }
 }
 
-/// What a changed inertia may be instead: only d c / J shows in a body's motion, and a gyro of another scale looks the same where
+/// What a changed inertia may be instead: only d c / J shows in the motion of a body that rotors drive (torque / J of
+/// one that a commanded torque drives), and a gyro of another scale looks the same where
 /// no angle was logged.
 fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
     // Signs come first: behind a gyro that reads the other way round J is any number.
@@ -84,21 +85,37 @@ fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
     } else {
         ""
     };
-    Some(format!(
-        "Weigh or measure before you believe J: arm d and thrust c show only as d c / J. {:.2} times their product would look the \
-         same{gyro}.",
-        changed.from / changed.to
-    ))
+    let ratio = changed.from / changed.to;
+    Some(if diagnosis.is_torque_driven {
+        format!(
+            "Check the scale of `{}` before you believe J: only torque / J shows. {ratio:.2} times the torque would look the \
+             same{gyro}.",
+            columns::TORQUE_COMMAND
+        )
+    } else {
+        format!(
+            "Weigh or measure before you believe J: arm d and thrust c show only as d c / J. {ratio:.2} times their product would \
+             look the same{gyro}."
+        )
+    })
 }
 
-/// What to do next, step by step. `model`, `train`, `validate` are the files as
-/// they were given; `options` are those of the logs, each with a blank before it.
+/// Options as they were given, each with a blank before it.
+#[derive(Debug, Clone, Default)]
+pub struct Typed {
+    /// Of the logs.
+    pub logs: String,
+    /// Of the windows over which a body runs freely.
+    pub windows: String,
+}
+
+/// What to do next, step by step. `model`, `train`, `validate` are the files as they were given.
 #[must_use]
 pub fn next_steps(
     diagnosis: &Diagnosis,
     model: &str,
     logs: (&[String], &[String]),
-    options: &str,
+    options: &Typed,
 ) -> Vec<NextStep> {
     steps_into(diagnosis, model, logs, options, "")
 }
@@ -110,7 +127,7 @@ pub fn next_steps_of_rotor(
     rotor: usize,
     model: &str,
     logs: (&[String], &[String]),
-    options: &str,
+    options: &Typed,
 ) -> Vec<NextStep> {
     steps_into(diagnosis, model, logs, options, &format!("rotor_{rotor}_"))
 }
@@ -120,15 +137,17 @@ fn steps_into(
     diagnosis: &Diagnosis,
     model: &str,
     (train, validate): (&[String], &[String]),
-    options: &str,
+    options: &Typed,
     prefix: &str,
 ) -> Vec<NextStep> {
     let free_name = |stem: &str| free_name(&format!("{prefix}{stem}"), model);
+    let Typed { logs: options, windows } = options;
     let logs = format!("--log {}{options}", train.join(" "));
     let shown = if validate.is_empty() { train } else { validate };
-    let shown = format!("--log {}{options}", shown.join(" "));
+    let shown = format!("--log {}{options}{windows}", shown.join(" "));
     let held_out =
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
+    let held_out = held_out + windows;
     let (extended, own) = (free_name("extended"), free_name("bench_model"));
     let commands = Commands {
         extend: format!(
@@ -247,19 +266,43 @@ mod tests {
     fn another_benches_model_is_identified_first() {
         let mut said = Diagnosis::of(Verdict::Unknown, &["battery_sag"]);
         said.findings.push(Finding::new("model_of_other_bench", "actuator_1"));
-        let steps = next_steps(&said, "m.toml", (&["a.csv".to_owned()], &[]), "");
+        let steps = next_steps(&said, "m.toml", (&["a.csv".to_owned()], &[]), &Typed::default());
         let commands: Vec<_> = steps.iter().filter_map(|step| step.command.as_deref()).collect();
         assert!(commands[0].starts_with("rotorbench identify --log a.csv"), "{commands:?}");
     }
 
     #[test]
+    fn commands_that_look_over_windows_take_their_length_along() {
+        let typed = Typed { logs: " --from-s 3".to_owned(), windows: " --horizon-s 1".to_owned() };
+        let steps = |said: &Diagnosis| -> Vec<String> {
+            let steps = next_steps(said, "m.toml", (&["a.csv".to_owned()], &["b.csv".to_owned()]), &typed);
+            steps.into_iter().filter_map(|step| step.command).collect()
+        };
+        let found = steps(&Diagnosis::of(Verdict::Unknown, &["battery_sag"]));
+        assert_eq!(found.len(), 3, "{found:?}");
+        assert!(
+            found.iter().all(|it| it.contains(" --from-s 3") && it.contains(" --horizon-s 1")),
+            "{found:?}"
+        );
+        let mut other = Diagnosis::of(Verdict::Unknown, &["battery_sag"]);
+        other.findings.push(Finding::new("model_of_other_bench", "actuator_1"));
+        let found = steps(&other);
+        assert!(!found[0].contains("--horizon-s"), "identify has no windows: {found:?}");
+        assert!(found[1].contains("--horizon-s 1"), "{found:?}");
+    }
+
+    #[test]
     fn a_changed_inertia_may_be_arm_or_thrust_unless_the_signs_are_wrong() {
         let steps = |said: &Diagnosis| {
-            let steps = next_steps(said, "m.toml", (&["a.csv".to_owned()], &[]), "");
+            let steps = next_steps(said, "m.toml", (&["a.csv".to_owned()], &[]), &Typed::default());
             steps.iter().map(NextStep::text).collect::<Vec<_>>().join("\n")
         };
         let mut said = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed("inertia", 0.3, 0.2);
         assert!(steps(&said).contains("1.50 times their product"), "{}", steps(&said));
+        said.is_torque_driven = true;
+        let of_torque = "Check the scale of `torque_command_nm` before you believe J: only torque / J shows. 1.50 times the torque";
+        assert!(steps(&said).contains(of_torque) && !steps(&said).contains("arm d"), "{}", steps(&said));
+        said.is_torque_driven = false;
         said.turns_against_torque = true;
         assert!(!steps(&said).contains("their product"), "{}", steps(&said));
         let other = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed("k_v", 0.3, 0.2);

@@ -7,8 +7,9 @@ use crate::diagnose::Extension;
 use crate::diagnose::diagnosis::{
     Diagnosis, ErrorSummary, FailurePlace, FoundParameter, RankedCandidate, TrainValidate, Verdict,
 };
-use crate::effect::{Card, Law, find};
+use crate::effect::find;
 use crate::model::{Model, ModelStep};
+use crate::report::card_sentence::{card_sentence, in_doubt};
 use crate::report::findings::sentence;
 use crate::report::measure::measure;
 use crate::report::next_steps::NextStep;
@@ -52,16 +53,6 @@ pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
     format!("{}{error}{unit}", number(value, 5))
 }
 
-/// In place of a card's sentence where k_V has moved beside a law of slow change.
-const SLOW_CHANGE: &str = "The rates change slowly over the log, whatever the cause: k_V moved with it, so it may be \
-heat, battery or drift.";
-
-/// What a card says of its effect; `voltage_gain_moved`: the answer changes k_V, too.
-pub(super) fn card_sentence(card: &Card, voltage_gain_moved: bool) -> &'static str {
-    let is_slow = matches!(&card.law, Law::Memory(memory) if memory.slow);
-    if is_slow && voltage_gain_moved { SLOW_CHANGE } else { card.report[0] }
-}
-
 /// Whether k_V is among numbers that have changed.
 pub(super) fn moves_voltage_gain<'a>(mut names: impl Iterator<Item = &'a String>) -> bool {
     names.any(|name| name == "voltage_gain")
@@ -70,18 +61,21 @@ pub(super) fn moves_voltage_gain<'a>(mut names: impl Iterator<Item = &'a String>
 /// The card of an effect in a few lines, with its parameters as found; of the user's own what the model file says of it.
 fn card<'a>(
     id: &str,
-    (model, voltage_gain_moved): (&Model, bool),
-    parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>,
+    base: (&Model, bool),
+    parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)> + Clone,
 ) -> String {
     let card = find(id);
-    let (equation, meaning) = match (card, model.user_effect(id)) {
-        (Some(card), _) => (format!("  {}", card.equation), card_sentence(card, voltage_gain_moved)),
-        (None, Some(user)) => (format!("  + {}", user.expression), user.meaning.as_str()),
-        (None, None) => (String::new(), ""),
+    let (equation, meaning) = match (card, base.0.user_effect(id)) {
+        (Some(card), _) => {
+            let doubt = in_doubt(base, card, parameters.clone());
+            (format!("  {}", card.equation), card_sentence(card, doubt))
+        }
+        (None, Some(user)) => (format!("  + {}", user.expression), user.meaning.clone()),
+        (None, None) => (String::new(), String::new()),
     };
     let mut out = format!("  {id}{equation}\n");
     if !meaning.is_empty() {
-        out += &wrapped("    ", meaning);
+        out += &wrapped("    ", &meaning);
     }
     for (name, found) in parameters {
         let Some(bare) = name.strip_prefix(id).and_then(|rest| rest.strip_prefix('.')) else { continue };
@@ -159,6 +153,10 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
     let mut refused = String::new();
+    let more = match candidates.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => wrapped("", &format!("{more} more took off less: `--json` lists them")),
+    };
     candidates.truncate(SHOWN);
     for candidate in &candidates {
         if let Some(why) = &candidate.refusal {
@@ -176,7 +174,7 @@ fn candidates(diagnosis: &Diagnosis) -> String {
          (the p-value; of a set that is named, the set decides)",
         number(diagnosis.error.refitted.validate, 4)
     );
-    format!("\n{}{}{refused}{}", wrapped("", &head), table.text(), not_named(&candidates))
+    format!("\n{}{}{more}{refused}{}", wrapped("", &head), table.text(), not_named(&candidates))
 }
 
 /// Effects that nobody knows anything of, by why.
@@ -352,6 +350,31 @@ mod tests {
         assert!(text.lines().count() > 3 && text.lines().skip(1).all(|line| line.starts_with("      ")));
         // What cannot be broken stays whole.
         assert_eq!(wrapped("  ", &"x".repeat(100)).trim(), "x".repeat(100));
+    }
+
+    #[test]
+    fn those_that_the_table_has_no_room_for_are_counted() {
+        let mut said = Diagnosis::of(Verdict::Unknown, &[]);
+        said.error.channel = "rate [rad/s]".to_owned();
+        let candidate = |number: usize| RankedCandidate {
+            effect: format!("effect_{number}"),
+            channel: "rate [rad/s]".to_owned(),
+            train: Some(1.0),
+            validate: Some(1.0 + number as f64),
+            p_value: None,
+            surrogate_error: None,
+            drop_one: None,
+            refusal: None,
+            not_named: None,
+        };
+        said.candidates = (0..SHOWN).map(candidate).collect();
+        assert!(!candidates(&said).contains("took off less"));
+        said.candidates = (0..SHOWN + 9).map(candidate).collect();
+        assert!(
+            candidates(&said).contains("9 more took off less: `--json` lists them"),
+            "{}",
+            candidates(&said)
+        );
     }
 
     #[test]

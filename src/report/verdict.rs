@@ -2,8 +2,10 @@
 
 use super::findings::text as text_of;
 use super::{Mark, number};
-use crate::diagnose::diagnosis::ErrorSummary;
+use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
+use crate::model::Model;
+use crate::report::story::found_parameters;
 use crate::screening::Finding;
 
 /// Codes of findings that say whose model it is: another bench's.
@@ -32,36 +34,84 @@ pub(super) fn other_bench(diagnosis: &Diagnosis) -> &'static str {
 pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let effects: Vec<String> = diagnosis.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let effects = effects.join(" + ");
+    let is_judged_on_fitted = is_judged_on_fitted(diagnosis);
+    let error = if is_judged_on_fitted { "error" } else { "held-out error" };
     let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {effects}."),
-        Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
+        Verdict::Adequate => nothing_missing(&diagnosis.model, mark),
         Verdict::ParametersChanged => {
             "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
         }
         Verdict::Unknown if effects.is_empty() => {
             "Something is missing, and nothing that was tried explains it.".to_owned()
         }
-        Verdict::Unknown => format!("Something is missing. {}", explained_part(&effects, &diagnosis.error)),
+        Verdict::Unknown => {
+            format!("Something is missing. {}", explained_part(&effects, &diagnosis.error, error))
+        }
         Verdict::InsufficientData => "These data cannot tell.".to_owned(),
     };
+    let answer =
+        if is_judged_on_fitted { format!("Judged on a log that was fitted, too. {answer}") } else { answer };
     other_bench(diagnosis).to_owned() + &answer
 }
 
-/// How far the error falls with what explains a part.
-fn explained_part(effects: &str, error: &ErrorSummary) -> String {
+/// The finding of a log that is fitted on and given as held out.
+const FITTED_AND_VALIDATED: &str = "log_fitted_and_validated";
+
+/// Whether what is called held out was fitted, at least a log of it.
+fn is_judged_on_fitted(diagnosis: &Diagnosis) -> bool {
+    let finds = diagnosis.findings.iter().any(|finding| finding.code == FITTED_AND_VALIDATED);
+    finds && diagnosis.verdict != Verdict::InsufficientData
+}
+
+/// Nothing is missing, or nothing more than the effects that the model has, with their numbers.
+fn nothing_missing(model: &Model, mark: &str) -> String {
+    let number = |(name, found): &(String, FoundParameter)| match found.unit.as_str() {
+        "s" if found.value.abs() < 1.0 => (name.clone(), format!("{} ms", number(1e3 * found.value, 4))),
+        "-" | "" => (name.clone(), number(found.value, 4)),
+        unit => (name.clone(), format!("{} {unit}", number(found.value, 4))),
+    };
+    let found = found_parameters(model);
+    let effect = |id: &String| {
+        let own = found.iter().filter(|(name, _)| name.split_once('.').is_some_and(|(of, _)| of == id));
+        let numbers: Vec<(String, String)> = own.map(number).collect();
+        let said = match &numbers[..] {
+            [] => String::new(),
+            [(_, only)] => format!(" ({only})"),
+            several => {
+                let bare = |name: &str| name.split_once('.').map_or("", |(_, bare)| bare).to_owned();
+                let each = several.iter().map(|(name, value)| format!("{} {value}", bare(name)));
+                format!(" ({})", each.collect::<Vec<_>>().join(", "))
+            }
+        };
+        format!("{mark}{id}{mark}{said}")
+    };
+    let effects: Vec<String> = model.effects.iter().map(|added| effect(&added.id)).collect();
+    if effects.is_empty() {
+        return "Nothing is missing that these data could show.".to_owned();
+    }
+    format!(
+        "Nothing more is missing that these data could show: the model already has {}.",
+        effects.join(" and ")
+    )
+}
+
+/// How far the error, which is called `what`, falls with what explains a part.
+fn explained_part(effects: &str, error: &ErrorSummary, what: &str) -> String {
     let (before, after) = (error.without_effects(), error.extended.validate);
     let (floor, unit) = (number(error.noise_floor, 2), error.unit);
     let left = number(after / error.noise_floor, 3);
     if after >= before {
+        let article = if what.starts_with('e') { "an" } else { "a" };
         return format!(
-            "{effects} comes nearest, with a held-out error of {} {unit}; noise is {floor}, so {left} times the noise is left. \
+            "{effects} comes nearest, with {article} {what} of {} {unit}; noise is {floor}, so {left} times the noise is left. \
              Nothing that was tried explains it.",
             number(after, 3)
         );
     }
     let refitted = if before < error.base.validate { " (its own numbers refitted)" } else { "" };
     format!(
-        "With {effects} the held-out error falls from {}{refitted} to {} {unit}; noise is {floor}, so {left} times the noise is \
+        "With {effects} the {what} falls from {}{refitted} to {} {unit}; noise is {floor}, so {left} times the noise is \
          left ({:.0} % of the squared error above it is explained). Nothing that was tried explains the rest.",
         number(before, 3),
         number(after, 3),
@@ -79,7 +129,11 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
         let other = other.join(" + ");
         format!("These data cannot tell it from {mark}{other}{mark} (held out {} {unit}).", number(*error, 3))
     });
-    judged.chain(others).collect()
+    let not_held_out = diagnosis.findings.iter().filter(|finding| finding.code == FITTED_AND_VALIDATED);
+    let not_held_out = not_held_out.map(|finding| {
+        format!("Not held out: {mark}{}{mark} was fitted, too: {}.", finding.log, text_of(finding))
+    });
+    not_held_out.chain(judged).chain(others).collect()
 }
 
 fn capitalised(sentence: &str) -> String {
@@ -89,7 +143,8 @@ fn capitalised(sentence: &str) -> String {
 
 /// Findings that are not said at the top already.
 pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
-    diagnosis.findings.iter().filter(|finding| finding.code != ONE_DIRECTION)
+    let at_the_top = [ONE_DIRECTION, FITTED_AND_VALIDATED];
+    diagnosis.findings.iter().filter(move |finding| !at_the_top.contains(&finding.code))
 }
 
 /// What the standard errors of an answer rest on, where they do.
@@ -141,12 +196,39 @@ mod tests {
     #[test]
     fn what_explains_a_part_is_said_in_numbers_of_the_better_baseline() {
         let said = |base, refitted, extended| {
-            explained_part("an effect", &ErrorSummary::of_rotor([base, refitted, extended]))
+            explained_part("an effect", &ErrorSummary::of_rotor([base, refitted, extended]), "held-out error")
         };
         let worse = said(17.7, 39.3, 9.626);
         assert!(worse.contains("from 17.7 to 9.63 rad/s") && worse.contains("11.6 times"), "{worse}");
         assert!(said(813.0, 37.2, 23.0).contains("from 37.2 (its own"), "{}", said(813.0, 37.2, 23.0));
         assert!(said(17.7, 39.3, 20.0).contains("comes nearest"), "nothing is explained");
+    }
+
+    #[test]
+    fn what_was_fitted_is_not_held_out() {
+        let mut said = Diagnosis::of(Verdict::Unknown, &["battery_sag"]);
+        assert!(sentence(&said, "").contains("held-out error"));
+        said.findings.push(Finding::new("log_fitted_and_validated", "").of("a.csv"));
+        let headline = sentence(&said, "");
+        assert!(headline.starts_with("Judged on a log that was fitted, too. Something"), "{headline}");
+        assert!(!headline.contains("held-out"), "{headline}");
+        let lines = beneath(&said, "`");
+        assert!(lines[0].starts_with("Not held out: `a.csv` was fitted, too: "), "{lines:?}");
+        assert_eq!(notes(&said).count(), 0, "it is said once");
+    }
+
+    #[test]
+    fn nothing_more_is_missing_beside_what_the_model_has() {
+        let mut said = Diagnosis::of(Verdict::Adequate, &[]);
+        assert_eq!(sentence(&said, ""), "Nothing is missing that these data could show.");
+        for id in ["transport_delay", "gravity_pendulum"] {
+            said.model = said.model.with(&said.model.effect(id).expect("known"));
+        }
+        said.model.set_parameter("transport_delay.delay", 0.034_98);
+        said.model.set_parameter("gravity_pendulum.moment", 0.4);
+        let headline = sentence(&said, "`");
+        let begin = "Nothing more is missing that these data could show: the model already has `transport_delay` (34.98 ms) and `gravity_pendulum` (";
+        assert!(headline.starts_with(begin) && headline.contains("moment 0.4000 N m"), "{headline}");
     }
 
     fn about(code: &'static str) -> Finding {

@@ -16,7 +16,7 @@ use crate::discover::{Discovery, LawVerdict};
 use crate::identify::IdentifySettings;
 use crate::model::Model;
 use crate::report::findings::sentences;
-use crate::report::next_steps::{NextStep, next_steps};
+use crate::report::next_steps::{NextStep, Typed, next_steps};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Extended, Job, Progress, SessionError};
 use crate::signal::ROTORS;
@@ -168,7 +168,7 @@ impl SearchTask {
 
     fn answer(&self, desk: &mut Desk, diagnosis: Diagnosis) {
         let (model, fit, held_out) = &self.typed;
-        let next = next_steps(&diagnosis, model, (fit, held_out), "");
+        let next = next_steps(&diagnosis, model, (fit, held_out), &Typed::default());
         let next: Vec<String> = next.iter().map(NextStep::text).collect();
         desk.done.push(self.by_hand.clone());
         let shown = Arc::new(answers::of_diagnosis(&diagnosis, next));

@@ -160,6 +160,8 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
     run(&["extend", "--effect", "transport_delay", "--log", &log, "-o", &model]);
     let text = fs::read_to_string(&model).expect("a model");
     assert!(text.contains("inertia = 0.032\n"), "{text}");
+    let swinging = ["extend", "--effect", "gravity_pendulum", "--log", &log, "-o", &model, "--force"];
+    refused(&swinging, &["the body was held still in "]);
 }
 
 /// A gyro that is mounted the other way round: all the inertia in the world is the best that its torque can be made of, and yet it

@@ -21,9 +21,10 @@ const DEGREES: f64 = 180.0 / PI;
 
 /// What one log is asked about: codes of columns that can hardly be what their names say, and of what else is missing for a model.
 /// What a command says of its own answer is its own.
-const CODES: [&str; 27] = [
+const CODES: [&str; 28] = [
     "value_too_great",
     "column_without_unit",
+    "column_of_no_signal",
     "column_in_another_unit",
     "samples_too_far_apart",
     "readings_too_seldom",
@@ -187,6 +188,14 @@ fn what_is_in_doubt_is_said_by_all() {
     expect(changed(&log, "propeller_rate", |_, rate| 5.7 * rate), "rate_unlike_template", 0);
     expect(changed(&log, "thrust", |_, thrust| 101.97 * thrust), "thrust_unlike_template", 0);
     expect(changed(&log, "battery", |_, volts| 1.3 * volts), "battery_of_other_bench", 0);
+    let fuller = [ScreenedLog::from(changed(&log, "battery", |_, volts| 1.3 * volts))];
+    let cancel = Cancel::default();
+    let found = session::identify(&fuller, &[], &IdentifySettings::default(), &Job::unwatched(&cancel));
+    let said = found.expect("a rotor").warnings().join("\n");
+    assert!(
+        said.contains("is taken as full") && !said.contains("`rotorbench identify` makes a model"),
+        "{said}"
+    );
     let frozen = log.column("battery_voltage_v").expect("measured")[200];
     expect(
         changed(&log, "battery", |row, volts| if row > 200 { frozen } else { volts }),

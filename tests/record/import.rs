@@ -185,10 +185,13 @@ fn refusals_name_the_place() {
             "f.csv, line 2, column `t`: `later` is not a number (if it means no value, name it in the mapping's \
              `missing`)",
         ),
-        ("t,speed\n0,1\n", "f.csv: no column `esc` (for `command_1`); the header reads `t`, `speed`"),
+        (
+            "t,speed\n0,1\n",
+            "f.csv: no column `esc` (for `command_1` of the mapping `m.toml`); the header reads `t`, `speed`",
+        ),
         (
             "t,esc,esc,speed\n0,1,1,1\n",
-            "f.csv: more than one column `esc` (for `command_1`); the header reads `t`, `esc`, `esc`, `speed`",
+            "f.csv: more than one column `esc` (for `command_1` of the mapping `m.toml`); the header reads `t`, `esc`, `esc`, `speed`",
         ),
         ("t,esc,speed\n", "f.csv: no row holds a time and a value"),
         ("t,esc,speed\n0,,\n", "f.csv: no row holds a time and a value"),

@@ -105,3 +105,25 @@ fn every_guess_is_a_mapping() {
         assert_eq!(signal.check(&signals[..index]).map(|_| ()), Ok(()), "{}", signal.name);
     }
 }
+
+/// An ESC's telemetry counts turns of the field, pole pairs times those of the rotor.
+#[test]
+fn an_electrical_rate_wants_the_pole_pairs() {
+    for name in ["eRPM", "ERPM", "erpm1", "Electrical RPM", "Speed (eRPM)"] {
+        let found = guess_of(&[("t", &[0.0, 0.01]), (name, &[42_000.0, 63_000.0])]);
+        is(&found[1], "propeller_rate_1_rad_s", "rpm", Certainty::Electrical);
+    }
+    let column = SampledColumn { name: "eRPM".to_owned(), values: vec![42_000.0] };
+    assert_eq!(guess(&[column])[0].scale, 1.0 / 7.0);
+    // A rate that was counted goes before, wherever it stands.
+    let found = guess_of(&[("eRPM", &[42_000.0, 63_000.0]), ("optical rpm", &[6000.0, 9000.0])]);
+    is(&found[0], "erpm", "", Certainty::Unknown);
+    is(&found[1], "propeller_rate_1_rad_s", "rpm", Certainty::Named);
+    // What a stand calls an electrical speed it may have divided already.
+    is(
+        &guess_of(&[("Motor Electrical Speed (RPM)", &[700.0])])[0],
+        "motor_electrical_speed_rpm",
+        "",
+        Certainty::Unknown,
+    );
+}

@@ -5,6 +5,7 @@ mod cells;
 mod rotor;
 mod summary;
 
+use crate::log::signals::log_signal;
 use crate::report::number;
 use crate::screening::Finding;
 use crate::unit::short;
@@ -97,6 +98,15 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
             text("expected_unit"),
             text("unit")
         ),
+        "column_of_no_signal" => {
+            let columns = finding.texts("columns");
+            format!(
+                "{} {} of the log format: carried along, not used. Meant: {}?",
+                quoted(columns),
+                if columns.len() == 1 { "is no signal" } else { "are no signals" },
+                finding.texts("meant").iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            )
+        }
         "no_battery_voltage" => {
             "no `battery_voltage_v`: the battery counts as full, and its sag shows as an error".to_owned()
         }
@@ -123,12 +133,32 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
         "rotor_not_identified" => "nothing can be identified of it; --rotors of it alone says why".to_owned(),
         "log_given_twice" => "given twice: it counts double".to_owned(),
         "log_fitted_and_validated" => {
-            "fitted on and judged on: its held-out error is none, and every effect looks better than it is"
+            "judged on what was fitted, every effect looks better than it is; give a log that no fit has seen"
                 .to_owned()
         }
         _ => return None,
     };
     Some(said)
+}
+
+/// What to do where a channel of no signal may be the command.
+fn own_channels(finding: &Finding) -> String {
+    let own: Vec<String> =
+        finding.texts("columns").iter().filter(|name| log_signal(name).is_none()).cloned().collect();
+    match own.len() {
+        0 => String::new(),
+        1 => format!("; if {} is it, the mapping names it `command_1`, with its unit", quoted(&own)),
+        _ => format!("; if one of {} is it, the mapping names it `command_1`, with its unit", quoted(&own)),
+    }
+}
+
+/// `a`, `b` and `c`.
+fn quoted(names: &[String]) -> String {
+    let all: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match all.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
+    }
 }
 
 /// Why a log has no part in the result.
@@ -146,8 +176,9 @@ fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
         "duplicate" => format!("it holds the same as {}, and would count twice", finding.text("same_as")),
         "no_rows" => "it has a header and no rows".to_owned(),
         "no_commands" => format!(
-            "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s; it holds {}",
-            holds()
+            "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s; it holds {}{}",
+            holds(),
+            own_channels(finding)
         ),
         "no_rotor_columns" => {
             format!("it has no command_N with a propeller_rate_N_rad_s beside it; it holds {}", holds())
@@ -184,6 +215,31 @@ mod tests {
             Finding::new("body_rate_too_fast", "body_rate_rad_s").of("a.csv").with("greatest_rad_s", 90.0);
         let said = sentence(&Finding::new("log_not_used", "").of("a.csv").because(cause));
         assert!(said.starts_with("a.csv: not used: the body rate reaches 90 rad/s, which no body"), "{said}");
+    }
+
+    #[test]
+    fn a_log_without_commands_asks_for_the_channel_that_may_be_one() {
+        let said = |columns: &[&str]| {
+            let columns: Vec<String> = columns.iter().map(|name| (*name).to_owned()).collect();
+            sentence(&Finding::new("log_not_used", "").with("reason", "no_commands").with("columns", columns))
+        };
+        assert!(said(&["propeller_rate_1_rad_s"]).ends_with("it holds propeller_rate_1_rad_s"));
+        let one = said(&["gas", "propeller_rate_1_rad_s"]);
+        assert!(one.ends_with("; if `gas` is it, the mapping names it `command_1`, with its unit"), "{one}");
+        assert!(said(&["gas", "note"]).contains("; if one of `gas` and `note` is it"));
+    }
+
+    #[test]
+    fn columns_that_are_no_signals_are_named_with_what_they_may_mean() {
+        let texts = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let finding =
+            Finding::new("column_of_no_signal", "").with("columns", texts(&["cmd_1", "rotor_speed_1"]));
+        let said = sentence(&finding.with("meant", texts(&["command_1", "propeller_rate_1_rad_s"])));
+        assert_eq!(
+            said,
+            "`cmd_1` and `rotor_speed_1` are no signals of the log format: carried along, not used. Meant: `command_1`, \
+             `propeller_rate_1_rad_s`?"
+        );
     }
 
     #[test]

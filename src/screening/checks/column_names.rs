@@ -1,5 +1,6 @@
 //! Columns that are not read for their name: the log lacks the one that they nearly are.
 
+use crate::log::guess::meant_by;
 use crate::log::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
 use crate::screening::suspicion::Suspicion;
@@ -31,5 +32,19 @@ pub(crate) fn check(log: &Dataset) -> Vec<Suspicion> {
             }
         }
     }
+    found.extend(of_no_signal(log, &found));
     found
+}
+
+/// Columns that are carried along under their own names, and that may be meant for signals that the log lacks.
+fn of_no_signal(log: &Dataset, found: &[Suspicion]) -> Option<Suspicion> {
+    let is_said = |name: &str| found.iter().any(|it| it.finding.subject == name);
+    let lacking = |name: &str| meant_by(name).filter(|signal| log.column(signal).is_none());
+    let meant = log.names().filter(|name| !is_said(name)).filter_map(|name| Some((name, lacking(name)?)));
+    let (columns, signals): (Vec<String>, Vec<String>) =
+        meant.map(|(name, signal)| (name.to_owned(), signal)).unzip();
+    (!columns.is_empty()).then(|| {
+        let finding = Finding::new("column_of_no_signal", "").of(log.source_name());
+        Suspicion::said(finding.with("columns", columns).with("meant", signals))
+    })
 }

@@ -10,11 +10,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     Some(match finding.code {
         "rate_in_other_unit" => format!(
             "rates from {:.4} to {:.4} rad/s are {} times what the model's rotor does at these commands, as {unit} are; if the \
-             column is in {unit}, import it with unit `{unit}`; if it is another rotor, make its model first (`rotorbench \
+             column is in {unit}, import it with unit `{unit}`{}; if it is another rotor, make its model first (`rotorbench \
              identify`)",
             n("least"),
             n("greatest"),
-            short((1e3 * n("ratio")).round() / 1e3)
+            short((1e3 * n("ratio")).round() / 1e3),
+            electrical(n("ratio"))
         ),
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
@@ -39,4 +40,13 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         ),
         _ => return None,
     })
+}
+
+/// What more a rate may be that is `ratio` times what is expected: an ESC counts pole pairs times the rotor's turns.
+pub(super) fn electrical(ratio: f64) -> &'static str {
+    if ratio > 1.0 {
+        "; if it was, is it electrical rpm? `scale` = 1 / pole pairs beside the unit"
+    } else {
+        ""
+    }
 }

@@ -1,6 +1,7 @@
 //! Sentences for what is found of one rotor's command, rate, thrust and battery.
 
 use super::super::numbers::{counted, digits};
+use super::beside_model::electrical;
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -28,8 +29,8 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             number("greatest")
         ),
         "rate_too_fast" => format!(
-            "rates reach {:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with unit `rpm` (electrical rpm of an ESC: \
-             scale 1/pole pairs beside it)",
+            "rates reach {:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with unit `rpm`; if it was, it is electrical rpm: \
+             `scale` = 1 / pole pairs beside the unit",
             number("greatest_rad_s"),
             number("greatest_rad_s") * 60.0 / std::f64::consts::TAU
         ),
@@ -152,8 +153,9 @@ fn unlike_template(finding: &Finding, what: &str, si: &str) -> String {
         if unit.is_empty() {
             "is the unit of the column right?".to_owned()
         } else {
+            let or = if si == "rad/s" { electrical(finding.number("ratio")) } else { "" };
             format!(
-                "if the column is in {unit}, import it with unit `{unit}`; everything in {si} is off by that else"
+                "if the column is in {unit}, import it with unit `{unit}`{or}; everything in {si} is off by that else"
             )
         }
     )
