@@ -30,7 +30,7 @@ fn of_file(unknown: &str, command: &Command) -> Option<String> {
     let takes = |option: &&str| command.get_arguments().any(|it| it.get_long() == Some(*option));
     let is_settings = unknown.to_ascii_lowercase().ends_with(".toml");
     let options = if is_settings { &["config", "model"][..] } else { &["log"] };
-    let option = options.iter().copied().find(|option| takes(&option))?;
+    let option = options.iter().copied().find(|option| takes(option))?;
     Some(format!("a file needs its option: `--{option} {unknown}`"))
 }
 

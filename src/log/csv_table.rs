@@ -219,10 +219,10 @@ impl Reader<'_> {
         place.filter(|_| again.is_none()).map(|(place, _)| place).ok_or_else(|| ForeignError::Column {
             path: self.path.to_owned(),
             column: column.to_owned(),
-            signal: signal.to_owned(),
-            mapping: self.mapping.name.clone(),
+            signal: signal.into(),
+            mapping: self.mapping.name.as_str().into(),
             reason,
-            header: listed(header.iter().map(String::as_str)),
+            header: listed(header.iter().map(String::as_str)).into(),
         })
     }
 

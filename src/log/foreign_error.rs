@@ -51,13 +51,13 @@ pub enum ForeignError {
         /// Name of the column.
         column: String,
         /// The signal that needs it.
-        signal: String,
+        signal: Box<str>,
         /// The mapping's file, or its name.
-        mapping: String,
+        mapping: Box<str>,
         /// `no` or `more than one`.
         reason: &'static str,
         /// The columns that are there.
-        header: String,
+        header: Box<str>,
     },
     /// A cell is not a number.
     #[error("{path}, line {line}, column `{column}`: `{cell}` is not a number ({})", instead_of(cell))]

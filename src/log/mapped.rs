@@ -151,10 +151,10 @@ impl Assembly<'_> {
                 return Err(ForeignError::Column {
                     path: self.path.to_owned(),
                     column: signal.columns().join("`, `"),
-                    signal: signal.name.clone(),
-                    mapping: self.mapping.name.clone(),
+                    signal: signal.name.as_str().into(),
+                    mapping: self.mapping.name.as_str().into(),
                     reason: "in one table, with one clock, there are not all of",
-                    header: listed(tables.iter().map(|table| table.name.as_str())),
+                    header: listed(tables.iter().map(|table| table.name.as_str())).into(),
                 });
             }
             let values = self.values(&tables[at], index, &found);
@@ -228,10 +228,10 @@ impl Assembly<'_> {
                 Err(ForeignError::Column {
                     path: self.path.to_owned(),
                     column: column.to_owned(),
-                    signal: signal.to_owned(),
-                    mapping: self.mapping.name.clone(),
+                    signal: signal.into(),
+                    mapping: self.mapping.name.as_str().into(),
                     reason: if found.is_empty() { "no" } else { "more than one" },
-                    header: listed(all.iter().map(String::as_str)),
+                    header: listed(all.iter().map(String::as_str)).into(),
                 })
             }
         }

@@ -184,8 +184,10 @@ impl Engine {
             let hear = |progress: Progress| engine.hear(&progress);
             let ended = guarded(|| task.run(&search, &hear));
             // What was found is made ready for the page, which may fail as the search itself.
-            let laid =
-                guarded(|| Ok::<_, SessionError>(engine.change(|desk| task.end(desk, &search, ended))));
+            let laid = guarded(|| {
+                engine.change(|desk| task.end(desk, &search, ended));
+                Ok(())
+            });
             if let Err(broken) = laid {
                 engine.change(|desk| task.end(desk, &search, Err(broken)));
             }
