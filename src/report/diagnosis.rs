@@ -1,9 +1,10 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
 use super::card_sentence::{card_sentence, in_doubt};
+use super::found_parameters::found_parameters;
 use super::measure::measure;
 use super::next_steps::NextStep;
-use super::story::{error_table, failing, found_parameters, moves_voltage_gain, step_title};
+use super::story::{error_table, failing, moves_voltage_gain, step_title};
 use super::verdict;
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::Comparison;

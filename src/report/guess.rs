@@ -125,11 +125,11 @@ pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser
 
 /// The lines of a signal whose factor is 1 / pole pairs, of which nobody has said how many there are.
 fn assumed(lines: &str, scale: f64) -> String {
-    let line = |line: &str| match line.strip_prefix("scale = ") {
-        Some(_) => {
+    let line = |line: &str| match line.split(' ').next() {
+        Some("scale") => {
             format!("scale = {} # 1 / pole pairs: {} assumed, change it\n", short(scale), short(1.0 / scale))
         }
-        None => format!("{line}\n"),
+        _ => format!("{line}\n"),
     };
     lines.lines().map(line).collect()
 }

@@ -65,6 +65,7 @@ pub mod export;
 pub mod files;
 pub mod findings;
 pub mod fleet;
+mod found_parameters;
 pub mod guard;
 pub mod guess;
 pub mod histogram;

@@ -11,6 +11,7 @@ use crate::effect::find;
 use crate::model::{Model, ModelStep};
 use crate::report::card_sentence::{card_sentence, in_doubt};
 use crate::report::findings::sentence;
+use crate::report::found_parameters::found_parameters;
 use crate::report::measure::measure;
 use crate::report::next_steps::NextStep;
 use crate::report::not_named;
@@ -322,21 +323,6 @@ pub fn step_title(step: &ModelStep) -> String {
     } else {
         format!("+ {}", step.added.join(" + "))
     }
-}
-
-/// Parameters of the effects that a model has, by `effect.parameter`.
-pub(super) fn found_parameters(model: &Model) -> Vec<(String, FoundParameter)> {
-    let of = |added: &crate::model::AddedEffect| {
-        let known = model.effect(&added.id).map(|effect| effect.parameters).unwrap_or_default();
-        let found = known.into_iter().filter_map(|parameter| {
-            let name = format!("{}.{}", added.id, parameter.name);
-            let value = *added.parameters.get(&parameter.name)?;
-            let standard_error = model.standard_errors.get(&name).copied();
-            Some((name, FoundParameter { value, standard_error, unit: parameter.unit }))
-        });
-        found.collect::<Vec<_>>()
-    };
-    model.effects.iter().flat_map(of).collect()
 }
 
 #[cfg(test)]

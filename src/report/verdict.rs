@@ -5,7 +5,7 @@ use super::{Mark, number};
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::model::Model;
-use crate::report::story::found_parameters;
+use crate::report::found_parameters::found_parameters;
 use crate::screening::Finding;
 
 /// Codes of findings that say whose model it is: another bench's.
