@@ -266,10 +266,11 @@ impl Engine {
 
     /// Reads a log, if it still lies where it may be opened; a capture as the bench file says.
     fn read(&self, path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, Ended> {
-        let path = self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
+        // By the path as it was typed, which a model's ladder keeps.
+        self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
         let bench = self.live.bench().1.map(Path::to_owned);
         let config = OpenConfig { bench, ..OpenConfig::default() };
-        guarded(|| read(&path, mapping, &config, cancel))
+        guarded(|| read(path, mapping, &config, cancel))
     }
 
     /// Waits for something to look at; `None` at the end.

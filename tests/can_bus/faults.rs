@@ -255,11 +255,11 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             let mut port = bus.port();
             let (bridge, _control, mut watcher) = armed_bench(&bench);
             let (mut cruise, settled_ns) = ([0.0; 2], clock::monotonic_ns() + 1_000_000_000);
+            // On a busy machine they may take longer than that second.
             speeds(&bench, &mut port, |speed, at_ns| {
                 cruise = speed;
-                at_ns > settled_ns
+                at_ns > settled_ns && cruise.iter().all(|it| *it > 300.0)
             });
-            assert!(cruise.iter().all(|it| *it > 300.0), "the rotors turn: {cruise:?}");
             let at_ns = clock::monotonic_ns();
             bridge.signal(signal);
             // With its time constant of 62 ms a rotor that was commanded to stop has lost a fifth of its speed after 14 ms.
