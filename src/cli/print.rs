@@ -20,7 +20,7 @@ pub(super) fn out(text: fmt::Arguments) {
     let mut output = std::io::stdout().lock();
     if let Err(error) = output.write_fmt(text).and_then(|()| output.flush()) {
         // What a bench runs has ended when its results are printed.
-        eprintln!("error: standard output: {error}");
+        eprintln!("error: {}", super::brief::brief(&format!("standard output: {error}")));
         process::exit(2);
     }
 }
