@@ -135,8 +135,7 @@ impl Compensation {
         plant.parabola_rises() && self.steady_rate_higher == [0.0; 2]
     }
 
-    /// What is left of it for a controller that cancels nothing: the curve's terms, where the parabola alone has no inverse or is
-    /// not the most of it.
+    /// What is left of it for a controller that cancels nothing: the terms of a curve that is not inverted from its parabola on.
     pub(super) fn of_curve_alone(&self, plant: &PlantParameters) -> Self {
         if self.follows_parabola(plant) {
             return Self::default();
