@@ -66,13 +66,13 @@ pub fn text(rows: &[Row]) -> String {
     text
 }
 
-/// Whether two dead benches came to the same: they are told in one line.
+/// Whether two dead benches came to the same: they share a line.
 fn are_alike(one: &Finding, other: &Finding) -> bool {
     let is_dead = one.code.starts_with("dead_bench") && one.code == other.code;
     is_dead && one.text("error") == other.text("error")
 }
 
-/// Names of dead benches that are told.
+/// Names of dead benches that are shown.
 const NAMED: usize = 3;
 
 /// What several dead benches left, in one line.

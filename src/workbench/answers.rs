@@ -7,7 +7,6 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::RankedCandidate;
 use crate::discover::Discovery;
 use crate::effect::{CATALOGUE, Card};
-use crate::log::signals::log_signal;
 use crate::report::findings::sentences;
 use crate::report::{discovery, json as answer_json, not_named, verdict};
 
@@ -76,7 +75,6 @@ fn candidate(candidate: &RankedCandidate) -> Value {
     json!({
         "effect": candidate.effect,
         "channel": candidate.channel,
-        "unit": log_signal(&candidate.channel).map_or("", |known| known.unit),
         "validate": candidate.validate,
         "chance": candidate.p_value,
         "drop_one": candidate.drop_one,

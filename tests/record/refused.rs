@@ -64,7 +64,7 @@ fn said(arguments: &[&str]) -> (String, Option<i32>) {
     (String::from_utf8_lossy(&done.stderr).into_owned(), done.status.code())
 }
 
-/// Who takes one file for the other is told so, not which keys it lacks; an option is blamed where it is wrong, not the bench file.
+/// Who takes one file for the other reads that, not which keys it lacks; an option is blamed where it is wrong, not the bench file.
 #[test]
 fn each_refusal_names_what_is_wrong_and_what_helps() {
     let folder = tempfile::tempdir().expect("a folder");

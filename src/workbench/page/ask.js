@@ -34,13 +34,13 @@ function candidates(answer) {
     element("span", {}, button("try", () => act("try", { effects: [it.effect] }), { "aria-label": "try " + it.effect, title: "fit it and draw it, without adding it" }),
       button("add", () => act("add", { effects: [it.effect] }), { "aria-label": "add " + it.effect })),
   ];
-  const heading = unit => ["effect alone", `held-out error${unit ? ` [${unit}]` : ""}`, "by chance", ""];
+  const heading = ["effect alone", "held-out error", "by chance", ""];
   const [refused, unnamed] = [it => it.why, it => it.not_named].map(why => answer.candidates.filter(why));
   return [
     element("h3", {}, "Candidates"), ranked(answer).map(([channel, tried]) => [
-      element("p", { class: "soft" }, channel), table(heading(tried[0].unit), tried.slice(0, SHOWN).map(row), { class: "candidates" }),
+      element("p", { class: "soft" }, channel), table(heading, tried.slice(0, SHOWN).map(row), { class: "candidates" }),
       tried.length > SHOWN && element("details", { "data-key": "more candidates " + channel }, element("summary", {}, `${tried.length - SHOWN} more`),
-        table(heading(tried[0].unit), tried.slice(SHOWN).map(row), { class: "candidates" }))]),
+        table(heading, tried.slice(SHOWN).map(row), { class: "candidates" }))]),
     unnamed.length && element("details", { "data-key": "not named" }, element("summary", {}, `${unnamed.length} tried and not named, and why`),
       element("ul", {}, unnamed.map(it => element("li", {}, element("b", {}, it.effect), ": " + it.not_named)))),
     refused.length && element("details", { "data-key": "refused" }, element("summary", {}, `${refused.length} not tried or refused, and why`),
