@@ -9,7 +9,7 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Sparkline};
 
-use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::clock;
 use crate::guard::{Cause, State};
 use crate::runtime::monitor::{EVENTS, LOOK_PERIOD_MS, Process, View};
 use crate::signal::{BusStatus, Health, Sample, Sensor, Sensors, Shape, Shown};
@@ -49,17 +49,13 @@ fn age_s(now_ns: u64, stamp_ns: u64) -> f64 {
     clock::span_s(now_ns.saturating_sub(stamp_ns))
 }
 
-fn is_running(view: &View, now_ns: u64) -> bool {
-    now_ns.saturating_sub(view.newest.2.stamp_ns) < NANOSECONDS_PER_SECOND
-}
-
 fn head_line(view: &View, now_ns: u64) -> Line<'static> {
     let applied = &view.newest.2;
     let state = view.state();
     let (text, color) = match state {
         _ if applied.stamp_ns == 0 => ("NOT RUNNING".to_owned(), Color::DarkGray),
-        _ if !is_running(view, now_ns) => {
-            let age = age_s(now_ns, applied.stamp_ns);
+        _ if !view.is_guarded(now_ns) => {
+            let age = view.guard_age_s(now_ns);
             (format!("NOT RUNNING, {state} until {age:.0} s ago"), Color::DarkGray)
         }
         State::Armed => (state.to_string().to_uppercase(), Color::Green),
@@ -68,7 +64,7 @@ fn head_line(view: &View, now_ns: u64) -> Line<'static> {
         State::FailsafeLatched | State::EmergencyStop => (state.to_string().to_uppercase(), Color::Red),
     };
     let cause = Cause::from_code(applied.cause).unwrap_or_default();
-    let is_why = applied.cause != Cause::None as u32 && is_running(view, now_ns);
+    let is_why = applied.cause != Cause::None as u32 && view.is_guarded(now_ns);
     let why = if is_why { format!(" {cause} ") } else { String::new() };
     Line::from(vec![
         Span::raw(format!(" {} ", view.bench)).bold(),

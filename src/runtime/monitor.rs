@@ -127,6 +127,18 @@ impl View {
     pub fn state(&self) -> State {
         State::from_code(self.newest.2.state).unwrap_or_default()
     }
+
+    /// [s] since the guard said anything.
+    #[must_use]
+    pub fn guard_age_s(&self, now_ns: u64) -> f64 {
+        clock::span_s(now_ns.saturating_sub(self.newest.2.stamp_ns))
+    }
+
+    /// Whether the guard runs: it has said so within the last second.
+    #[must_use]
+    pub fn is_guarded(&self, now_ns: u64) -> bool {
+        now_ns.saturating_sub(self.newest.2.stamp_ns) < clock::NANOSECONDS_PER_SECOND
+    }
 }
 
 impl Process {

@@ -9,14 +9,18 @@ use crate::report;
 use crate::runtime::monitor::{Process, View};
 use crate::signal::{BusStatus, Channel, ROTORS};
 
-/// The bench as it stands. Where nobody runs it, `processes` is empty, `bus` is `null`, and numbers are zero.
+/// The bench as it stands. Where nobody guards it, `state` is `not running`; numbers are the last that were heard, or zero.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
 pub(in crate::cli) struct Line<'a> {
     /// Name of the bench.
     bench: &'a str,
-    /// State of the guard.
+    /// Whether the guard runs: it has said so within the last second.
+    is_guarded: bool,
+    /// State of the guard; where it does not run, `not running`.
     state: String,
+    /// [s] since the guard said anything; `null` where it never did.
+    guard_age_s: Option<f64>,
     /// [-] what the guard let through last, rotor by rotor.
     rotor: [f64; ROTORS],
     /// [rad/s] newest body rate.
@@ -93,10 +97,13 @@ impl<'a> Line<'a> {
     pub(super) fn of(view: &'a View) -> Self {
         let (sensors, command, applied) = &view.newest;
         let now_ns = clock::monotonic_ns();
+        let is_guarded = view.is_guarded(now_ns);
         let given = Channel::ALL.into_iter().filter(|channel| channel.of(sensors).stamp_ns != 0);
         Self {
             bench: &view.bench,
-            state: view.state().to_string(),
+            is_guarded,
+            state: if is_guarded { view.state().to_string() } else { "not running".to_owned() },
+            guard_age_s: (applied.stamp_ns != 0).then(|| view.guard_age_s(now_ns)),
             rotor: applied.rotor,
             body_rate_rad_s: sensors.body_rate.value,
             body_angle_rad: command.estimate.body_angle,
