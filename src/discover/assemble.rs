@@ -97,7 +97,7 @@ fn of_law(
     let user = law.at(found, asked.id).user_effect(asked.id, &law.coefficients_in(found, asked.id));
     answer.site = Some(law.site);
     answer.channels = names(law.channels().into_iter());
-    answer.forms = law.terms.iter().map(|term| term.form).collect();
+    answer.forms = law.at(found, asked.id).terms.iter().map(Term::shown_form).collect();
     answer.expression = Some(user.expression.clone());
     answer.effects.clone_from(&asked.start.effects);
     // What was left of this block without the law is no news.

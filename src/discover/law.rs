@@ -135,6 +135,14 @@ impl Term {
         ["wave", "sine", "cosine"].contains(&self.form)
     }
 
+    /// What kind of function the data show: of a wave that they hold less than a period of, a bend.
+    pub fn shown_form(&self) -> &'static str {
+        let number = self.inner.first().map_or(0.0, |inner| inner.value.abs());
+        let range = self.channels.first().map_or(0.0, LawInput::range);
+        let is_whole = number * range >= std::f64::consts::TAU;
+        if self.is_wave() && !is_whole { "bend" } else { self.form }
+    }
+
     /// Its expression in term `index`.
     fn expression(&self, index: usize) -> String {
         let part = |(part, name): (&Part, String)| format!("{name}*{}", self.written(part, index));

@@ -47,6 +47,7 @@ fn kind(form: &str) -> &'static str {
         "threshold" => "a step at a threshold",
         "peak" => "a peak about one place",
         "wave" | "sine" | "cosine" => "a wave along the channel, as of teeth or poles",
+        "bend" => "a bend, written as a part of a wave: it says nothing beyond the range that was logged",
         "warm_up" => "a change that dies out after the start",
         "play" => "play: it stands still until the command has gone a way, and then is dragged along",
         "hysteresis" => {
