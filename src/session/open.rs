@@ -221,7 +221,7 @@ fn read(path: &Path, config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<R
         return Err(FormatError::Unknown { path: path.to_owned(), readable: readable() }.into());
     }
     match mapping {
-        Some(mapping) if !is_ours(&start) => {
+        Some(mapping) if !is_ours(&start) || has_columns(&start, &mapping) => {
             let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
@@ -270,6 +270,16 @@ pub(super) fn is_ours(start: &Start) -> bool {
     let line = start.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let line = String::from_utf8_lossy(line);
     line.trim_start_matches('\u{feff}').split(',').any(|name| name.trim() == columns::TIME)
+}
+
+/// Whether a text begins with a header that has all columns of a mapping: what the user said of it holds, whatever it is named like.
+fn has_columns(start: &Start, mapping: &Mapping) -> bool {
+    let skipped = mapping.config.skip_lines;
+    let line = start.bytes.split(|byte| *byte == b'\n').nth(skipped).unwrap_or_default();
+    let line = String::from_utf8_lossy(line);
+    let header = line.trim_start_matches('\u{feff}').split(mapping.config.delimiter);
+    let names: Vec<&str> = header.map(|name| name.trim().trim_matches('"')).collect();
+    mapping.columns().all(|column| names.contains(&column))
 }
 
 /// The first bytes of a file; none of what cannot be read twice, as a pipe, or at all: that is left to the reader of our own
@@ -333,4 +343,24 @@ fn only_rotors(log: Dataset, rotors: &[usize]) -> Result<Dataset, SessionError> 
         }
     };
     Ok(log.renamed(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A foreign log whose clock happens to be named as ours: the mapping that was given for its columns counts, and is not for a log
+    /// of ours beside it.
+    #[test]
+    fn a_mapping_holds_for_a_log_whose_time_is_named_as_ours() {
+        let mapping = "[time]\ncolumn = \"time_s\"\nunit = \"s\"\n[[signal]]\nname = \"command_1\"\ncolumn = \"duty\"\nunit = \"%\"\n";
+        let mapping = Mapping::parse(mapping, Path::new("m.toml")).expect("a mapping");
+        let at = |bytes: &[u8]| {
+            let start = Start { bytes, path: Path::new("log.csv") };
+            (is_ours(&start), has_columns(&start, &mapping))
+        };
+        assert_eq!(at(b"\xef\xbb\xbftime_s, \"duty\" ,x\r\n0,1,2\n"), (true, true));
+        assert_eq!(at(b"time_s,command_1\n0,1\n"), (true, false));
+        assert_eq!(at(b"t,duty\n0,1\n"), (false, false));
+    }
 }
