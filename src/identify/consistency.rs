@@ -3,6 +3,7 @@
 use super::inertia::Body;
 use super::lag_order::{LagAlternative, dead_time_effect};
 use super::significance;
+use super::static_curve;
 use super::thresholds::THRESHOLDS;
 use super::validate::Validation;
 use super::work::Work;
@@ -21,6 +22,9 @@ impl Work<'_> {
         }
         if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > THRESHOLDS.fastest_pole) {
             found.push(Finding::new("pole_too_fast", "pole").with("pole_rad_s", pole.value));
+        }
+        if self.joint.is_some() || self.static_curve.is_some() {
+            found.extend(self.curve_falls());
         }
         if let Some(fit) = self.pole.as_ref().filter(|_| matched)
             && (fit.gain.value - 1.0).abs() > THRESHOLDS.gain_off_one
@@ -42,6 +46,15 @@ impl Work<'_> {
             found.push(narrow.with("lowest_command", low).with("highest_command", high));
         }
         self.findings.extend(found);
+    }
+
+    /// A curve that falls among the commands that were logged.
+    fn curve_falls(&self) -> Option<Finding> {
+        let ranges = self.rotors.iter().map(|rotor| bounds(&rotor.command));
+        let range = ranges.reduce(|(low, high), other| (low.min(other.0), high.max(other.1)))?;
+        let (from, to) = static_curve::falls(&self.actuator().coefficients, range)?;
+        let found = Finding::new("curve_falls", "steady_rate");
+        Some(found.with("lowest_command", from).with("highest_command", to))
     }
 
     fn voltage_gains_disagree(&self) -> Option<Finding> {

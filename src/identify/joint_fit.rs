@@ -16,7 +16,7 @@ use super::voltage_instruments::{self, RotorResponse};
 use crate::estimation::moments::mean;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
-use crate::screening::rotor_data::RotorLog;
+use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::threads::spread;
 
 /// The joint fit.
@@ -391,6 +391,9 @@ fn compare_degrees(
         });
         blocks.push(squares);
     }
-    let preferred = super::static_curve::simplest(&scores, &blocks);
+    let ranges = rotors.iter().map(|rotor| bounds(&rotor.command));
+    let range =
+        ranges.reduce(|(low, high), other| (low.min(other.0), high.max(other.1))).unwrap_or((0.0, 1.0));
+    let preferred = super::static_curve::simplest_rising(&scores, &blocks, range);
     (scores, preferred)
 }

@@ -40,6 +40,7 @@ mod significance;
 mod single_rotor_fit;
 mod static_curve;
 mod steady_rows;
+mod step_times;
 mod steps;
 mod supply_gain;
 pub mod thresholds;

@@ -20,6 +20,9 @@ use crate::estimation::moments::{mean, mean_and_error};
 use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
 
+/// Commands at which a curve is asked whether it rises.
+const POINTS: usize = 100;
+
 /// How one degree did.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
@@ -121,7 +124,7 @@ fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore
         });
         blocks.push(errors);
     }
-    let preferred = simplest(&degrees, &blocks)?;
+    let preferred = simplest_rising(&degrees, &blocks, bounds(command))?;
     Some((degrees, preferred))
 }
 
@@ -185,6 +188,35 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
         }
     }
     Some(errors.into_iter().filter(|entry| entry.1 > 0).map(|(sum, count)| sum / count as f64).collect())
+}
+
+/// The simplest degree among those whose curve rises over the commands that were logged, where there is one: no rotor turns slower for more.
+pub(crate) fn simplest_rising(
+    scores: &[DegreeScore],
+    blocks: &[Vec<f64>],
+    range: (f64, f64),
+) -> Option<usize> {
+    let both = scores.iter().zip(blocks).filter(|(score, _)| falls(&score.coefficients, range).is_none());
+    let (rising, own): (Vec<DegreeScore>, Vec<Vec<f64>>) =
+        both.map(|(score, blocks)| (score.clone(), blocks.clone())).unzip();
+    simplest(&rising, &own).or_else(|| simplest(scores, blocks))
+}
+
+/// [-] the commands between which a curve of these coefficients falls, of those in `range`.
+pub(crate) fn falls(coefficients: &[f64], (low, high): (f64, f64)) -> Option<(f64, f64)> {
+    let at = |point: usize| low + (high - low) * point as f64 / POINTS as f64;
+    let curve = |point: usize| at(point) * polynomial(coefficients, at(point));
+    let least = THRESHOLDS.falling_curve_share * (curve(POINTS) - curve(0)).abs();
+    let mut top = 0;
+    for point in 1..=POINTS {
+        if curve(point) >= curve(top) {
+            top = point;
+        } else if curve(top) - curve(point) > least {
+            let last = (point..POINTS).find(|next| curve(next + 1) >= curve(*next)).unwrap_or(POINTS);
+            return Some((at(top), at(last)));
+        }
+    }
+    None
 }
 
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
@@ -262,6 +294,24 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_curve_that_falls_among_the_logged_commands_is_not_chosen() {
+        let score = |held_out: f64, coefficients: &[f64]| DegreeScore {
+            degree: coefficients.len(),
+            train: held_out,
+            held_out,
+            coefficients: coefficients.to_vec(),
+        };
+        let scores = [score(15.0, &[1_400.0]), score(9.0, &[3_000.0, -2_000.0])];
+        let blocks = [vec![225.0; 8], vec![81.0; 8]];
+        assert_eq!(simplest_rising(&scores, &blocks, (0.1, 0.7)), Some(2));
+        assert_eq!(simplest_rising(&scores, &blocks, (0.1, 1.0)), Some(1));
+        let (from, to) =
+            falls(&scores[1].coefficients, (0.1, 1.0)).expect("it falls from its top at 0.75 on");
+        assert!((from - 0.75).abs() < 0.01 && to == 1.0, "{from} {to}");
+        assert_eq!(simplest_rising(&scores[1..], &blocks[1..], (0.1, 1.0)), Some(2), "no other is there");
+    }
 
     /// Squared errors of three degrees in eight blocks: what the lowest leaves in its last block, and the middle one everywhere.
     fn chosen(in_one_block: f64, everywhere: f64) -> Option<usize> {

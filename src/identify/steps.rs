@@ -10,6 +10,7 @@ use super::result::PoleFit;
 use super::significance;
 use super::static_curve::{self, StaticCurve};
 use super::steady_rows;
+use super::step_times;
 use super::supply_gain::{self, SupplyGain};
 use super::thresholds::THRESHOLDS;
 use super::thrust_curve;
@@ -99,7 +100,7 @@ impl Work<'_> {
         let parts = (self.use_battery, self.settings.delay);
         let mut found = Vec::new();
         let fit = joint_fit::identify(&self.excited, full_voltage, parts, degree, &mut found);
-        if let Some(why) = fit.as_ref().and_then(|fit| significance::no_pole(&fit.pole)) {
+        if let Some(why) = fit.as_ref().and_then(|fit| self.no_pole(&fit.pole)) {
             return self.note(STEP, false, why);
         }
         if !self.mismatch {
@@ -110,6 +111,11 @@ impl Work<'_> {
             None => self.lacks(STEP, "degree_not_determined"),
         }
         self.joint = fit;
+    }
+
+    /// Why a pole that was fitted is none: raw steps say otherwise, or it hardly shows.
+    fn no_pole(&self, pole: &Estimate) -> Option<Finding> {
+        step_times::contradicts(&self.excited, pole).or_else(|| significance::no_pole(pole))
     }
 
     /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it
@@ -137,7 +143,9 @@ impl Work<'_> {
         });
         let curve = static_curve::identify(&rows, gain.standard_error, self.settings.degree, known);
         let Some(curve) = curve else { return self.lacks(STEP, "levels_do_not_determine_degree") };
-        if let Some(too_fast) = too_fast(&curve) {
+        if let Some(leads) = rates_lead(&curve) {
+            self.findings.push(leads);
+        } else if let Some(too_fast) = too_fast(&curve) {
             // Nothing of that kind is in the joint estimation.
             let first = |curve: &[Estimate]| curve.first().map_or(f64::INFINITY, |it| it.standard_error);
             let better = |joint: &JointFit| first(&joint.coefficients) < first(&curve.coefficients);
@@ -175,7 +183,7 @@ impl Work<'_> {
             return self.lacks(STEP, "steady_rate_hardly_moved");
         };
         let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };
-        if let Some(why) = significance::no_pole(&found) {
+        if let Some(why) = self.no_pole(&found) {
             return self.note(STEP, false, why);
         }
         let alternatives = lag_order::both(&fit, &excited, record);
@@ -222,7 +230,10 @@ impl Work<'_> {
                 let fitted = Finding::new("thrust_fitted", "thrust_coefficient");
                 self.note(STEP, true, fitted.with("samples", thrust.samples));
             }
-            None => self.lacks(STEP, "no_thrust"),
+            None => match self.findings.pop_if(|found| found.code == "thrust_falls_with_rate") {
+                Some(why) => self.note(STEP, false, why),
+                None => self.lacks(STEP, "no_thrust"),
+            },
         }
     }
 
@@ -282,9 +293,16 @@ impl Work<'_> {
     }
 }
 
+/// Ramps on which the rates are ahead of their commands.
+fn rates_lead(curve: &StaticCurve) -> Option<Finding> {
+    let lag = curve.ramp_check.as_ref()?.lag;
+    let is_ahead = lag.value < -THRESHOLDS.ramp_lag_errors * lag.standard_error;
+    is_ahead.then(|| Finding::new("rates_lead_ramps", "steady_rate").with("lead_ms", -1e3 * lag.value))
+}
+
 /// Ramps whose lag Eq. (4) does not allow for.
 fn too_fast(curve: &StaticCurve) -> Option<Finding> {
-    let check = curve.ramp_check.as_ref().filter(|check| !check.slow_enough)?;
+    let check = curve.ramp_check.as_ref().filter(|check| !check.slow_enough && check.lag.value > 0.0)?;
     let found = Finding::new("ramps_too_fast", "steady_rate").with("slope_per_s", check.fastest_slope);
     let found = found.with("lag_ms", 1e3 * check.lag.value).with("error_rad_s", check.error);
     Some(found.with("lag_fitted", usize::from(check.lag_fitted)))

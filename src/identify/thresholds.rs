@@ -3,6 +3,18 @@
 crate::thresholds! {
     /// [rad/s] a slower response to commands than this pole is asked about: no rotor on a bench is as slow.
     slowest_pole: f64 = 0.3, "rad/s", "judgement";
+    /// count: steps whose time is read off them that may speak against a pole, at least.
+    fewest_step_times: usize = 5, "count", "judgement";
+    /// [-] how many times slower than the steps themselves a pole is none: a second lag, a dead time and other levels' poles stay within.
+    step_time_factor: f64 = 0.3, "-", "judgement";
+    /// count: rates on each side of a step that a level needs, at least.
+    fewest_level_rates: usize = 3, "count", "judgement";
+    /// Times its scatter at rest that a step must go.
+    plain_step: f64 = 8.0, "-", "judgement";
+    /// [-] of a step that the rate may still go in the last half of its level.
+    settled_share: f64 = 0.1, "-", "judgement";
+    /// [-] of its rise within the commands that were logged by which g(u) may fall, as a polynomial does beside a dead zone.
+    falling_curve_share: f64 = 0.02, "-", "judgement";
     /// [rad/s] a faster pole asks for the unit of time: no rotor with a propeller is as fast.
     fastest_pole: f64 = 200.0, "rad/s", "judgement";
     /// [-] a slow pole is off by a unit of time when it is that unit times the model's pole within this factor.

@@ -23,7 +23,9 @@ impl Work<'_> {
             found.push(taken.with("coefficients_rad_s", coefficients));
         }
         if self.joint.is_none() && self.pole.is_none() {
-            found.push(Finding::new("pole_from_template", "pole").with("pole_rad_s", template.pole));
+            let contradicted = self.parts.iter().any(|part| part.finding.code == "pole_contradicts_steps");
+            let taken = Finding::new("pole_from_template", "pole").with("pole_rad_s", template.pole);
+            found.push(taken.with("contradicted", usize::from(contradicted)));
         }
         found.extend(self.voltage_gain_taken());
     }

@@ -28,6 +28,24 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
             n("pole_rad_s")
         ),
+        "pole_contradicts_steps" => format!(
+            "a pole of {:.3} rad/s came out, but the rate has gone 63 % of the way after {:.3} s in half of {} steps: a g(u) that is \
+             not of the form of this rotor's curve (a dead zone, a saturation) makes up for its error so. It is not used",
+            n("pole_rad_s"),
+            n("risen_after_s"),
+            finding.count("steps")
+        ),
+        "curve_falls" => format!(
+            "g(u) falls between the commands {:.3} and {:.3}, as no rotor does: the model is not one of this rotor there, and \
+             controllers refuse it; record levels over the whole range, or give a lower --degree",
+            n("lowest_command"),
+            n("highest_command")
+        ),
+        "rates_lead_ramps" => format!(
+            "on ramps the rate is {:.0} ms ahead of the command, as no rotor is: the command is made from the rate (by a speed \
+             controller), or it is logged late; the curve and the pole are then not the rotor's",
+            n("lead_ms")
+        ),
         "gain_not_one" => format!(
             "the gain from z to the rate is {:.3} in motion: the static curve does not hold there",
             n("gain")
@@ -78,8 +96,8 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             100.0 * n("linear_share")
         ),
         "thrust_falls_with_rate" => {
-            "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
-             curve is kept"
+            "thrust does not rise with the rate, which every propeller's does: was a propeller on, is the sign of the load cell \
+             right, and was it set to zero at rest? The template's thrust curve is kept"
                 .to_owned()
         }
         _ => return None,

@@ -21,8 +21,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             curve()
         ),
         "pole_from_template" => format!(
-            "the pole {} rad/s is the template's, not this bench's: nothing in the logs shows it; record steps or a PRBS",
-            short(n("pole_rad_s"))
+            "the pole {} rad/s is the template's, not this bench's: {}",
+            short(n("pole_rad_s")),
+            match finding.count("contradicted") {
+                0 => "nothing in the logs shows it; record steps or a PRBS",
+                _ => "what was fitted contradicts the steps of the logs. `discover` looks for the law that the curve lacks",
+            }
         ),
         "voltage_gain_without_battery" => {
             "the model has k_V = 0, because its g(u) was fitted without the battery's part: both hold for the charge at which the \
