@@ -9,8 +9,7 @@ use std::thread;
 use tokio::sync::watch;
 
 use super::act::Act;
-use super::bands::Bands;
-use super::columns::{DeskMapping, Guess};
+use super::columns::DeskMapping;
 use super::desk::{
     Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Recipe, Role, SearchInputs, SearchKind,
     SearchState,
@@ -19,16 +18,16 @@ use super::guarded::{Ended, guarded};
 use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
 use super::places::{Places, Stamp, as_typed};
+use super::reading::{Seen, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
-use super::shown::{ShownChannel, ShownComparison};
-use super::{ActError, WorkbenchError, by_hand, kept};
+use super::shown::ShownComparison;
+use super::{ActError, WorkbenchError, by_hand};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
-use crate::report::findings::{explained, sentence};
-use crate::report::import::note_lines;
-use crate::session::{self, Job, OpenConfig, Progress, SessionError};
+use crate::report::findings::explained;
+use crate::session::{self, Job, OpenConfig, Progress};
 
 /// The desk, and who works on it.
 #[derive(Debug)]
@@ -238,7 +237,7 @@ impl Engine {
             match next {
                 Look::Open { log, path, mapping } => {
                     let opened = self.read(&path, mapping.as_deref(), &cancel);
-                    self.change(|desk| opened_log(desk, log, opened));
+                    self.change(|desk| lay_seen(desk, log, opened));
                 }
                 Look::Compare { log, content, shown, models } => {
                     let logs = std::slice::from_ref(&content.log);
@@ -308,77 +307,4 @@ fn next_look(desk: &Desk) -> Option<(Look, String)> {
     let content = Arc::clone(log.open().ok()?);
     let models = desk.models.iter().filter(|model| model.shown).map(|model| model.model.clone()).collect();
     Some((Look::Compare { log: log.id, content, shown, models }, log.typed.clone()))
-}
-
-/// What reading a log gives.
-enum Seen {
-    Open(Box<OpenLog>),
-    Guess(Box<Guess>),
-}
-
-fn read(
-    path: &Path,
-    mapping: Option<&DeskMapping>,
-    config: &OpenConfig,
-    cancel: &Cancel,
-) -> Result<Seen, SessionError> {
-    let job = Job::unwatched(cancel);
-    // Before it is read: what is written meanwhile is seen the next time.
-    let stamp = Stamp::of(path);
-    let opened = if let Some(mapping) = mapping {
-        session::open_mapped(path, &mapping.load()?, config, &job)?
-    } else {
-        if let Some(guessed) = session::guess_columns(path, &job)? {
-            return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
-        }
-        session::open(path, config, &job)?
-    };
-    let found = opened.log.findings().map(sentence);
-    let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
-    let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
-    // Our own say themselves what they are.
-    let is_capture = opened.frames.is_some();
-    let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
-    let (format, log) = (opened.format, opened.log);
-    Ok(Seen::Open(Box::new(OpenLog {
-        stamp,
-        bands,
-        channels,
-        notes,
-        format,
-        is_capture,
-        takes_mapping,
-        log,
-    })))
-}
-
-fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
-    desk.looking = None;
-    // It may have been taken away meanwhile.
-    let Ok(log) = desk.log_mut(id) else { return };
-    let mut is_other = false;
-    let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
-    log.stuck = None;
-    log.content = match seen {
-        Ok(Seen::Guess(guess)) => {
-            log.guess = Some(guess);
-            LogContent::Guessed
-        }
-        Ok(Seen::Open(open)) => {
-            let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
-            is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
-            LogContent::Open(Arc::from(open))
-        }
-        // A file that is being written may end within a row.
-        Err(Ended::Failed(why)) if is_again => return log.stuck = Some(why),
-        Err(Ended::Failed(why)) => LogContent::Failed(why),
-        Err(Ended::Cancelled) => return,
-    };
-    let (name, is_failed) = (log.typed.clone(), matches!(log.content, LogContent::Failed(_)));
-    if is_other {
-        desk.notices.push(super::error::Changed(name).to_string());
-    }
-    if is_other || is_failed {
-        kept::drop_of_log(desk, id);
-    }
 }

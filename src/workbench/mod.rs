@@ -32,6 +32,7 @@ mod live;
 mod margins;
 mod places;
 mod plots;
+mod reading;
 mod routes;
 mod saved;
 mod search;
