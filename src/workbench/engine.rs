@@ -9,6 +9,7 @@ use std::thread;
 use tokio::sync::watch;
 
 use super::act::Act;
+use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{
     Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Recipe, Role, SearchInputs, SearchKind,
@@ -43,7 +44,7 @@ pub(super) struct Engine {
 
 /// What is to be looked at next.
 enum Look {
-    Open { log: u64, path: PathBuf, mapping: Option<Arc<DeskMapping>> },
+    Open { log: u64, path: PathBuf, mapping: Option<Arc<DeskMapping>>, choice: Choice },
     Compare { log: u64, content: Arc<OpenLog>, shown: Vec<u64>, models: Vec<Model> },
 }
 
@@ -76,7 +77,8 @@ impl Engine {
                 // The last of several is held out: an error is judged on what no fit has seen.
                 let is_last = index > 0 && index + 1 == files.len();
                 let path = self.places.file(path)?;
-                lay_log(desk, path, if is_last { Role::HeldOut } else { Role::Fit }, None);
+                let role = if is_last { Role::HeldOut } else { Role::Fit };
+                lay_log(desk, path, role, Choice::default(), None);
             }
             for path in models.iter().filter(|path| path.as_os_str() != "paper") {
                 let path = self.places.file(path)?;
@@ -139,11 +141,11 @@ impl Engine {
             Act::AddLaw => self.change(|desk| lay_law(desk, Origin::Made)),
             Act::TryLaw => self.change(|desk| lay_law(desk, Origin::Tried)),
             Act::Recalibrate => self.search(SearchKind::Recalibrate, Vec::new()),
-            Act::OpenLog { path } => {
+            Act::OpenLog { path, choice } => {
                 let path = self.places.file(&path)?;
                 self.change(|desk| {
                     let role = if desk.logs.is_empty() { Role::Fit } else { Role::Look };
-                    lay_log(desk, path, role, None);
+                    lay_log(desk, path, role, choice, None);
                 });
                 Ok(())
             }
@@ -235,8 +237,8 @@ impl Engine {
         while let Some((next, cancel)) = self.next_look() {
             self.tell();
             match next {
-                Look::Open { log, path, mapping } => {
-                    let opened = self.read(&path, mapping.as_deref(), &cancel);
+                Look::Open { log, path, mapping, choice } => {
+                    let opened = self.read(&path, mapping.as_deref(), &choice, &cancel);
                     self.change(|desk| lay_seen(desk, log, opened));
                 }
                 Look::Compare { log, content, shown, models } => {
@@ -264,11 +266,17 @@ impl Engine {
     }
 
     /// Reads a log, if it still lies where it may be opened; a capture as the bench file says.
-    fn read(&self, path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, Ended> {
+    fn read(
+        &self,
+        path: &Path,
+        mapping: Option<&DeskMapping>,
+        choice: &Choice,
+        cancel: &Cancel,
+    ) -> Result<Seen, Ended> {
         // By the path as it was typed, which a model's ladder keeps.
         self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
         let bench = self.live.bench().1.map(Path::to_owned);
-        let config = OpenConfig { bench, ..OpenConfig::default() };
+        let config = choice.within(OpenConfig { bench, ..OpenConfig::default() });
         guarded(|| read(path, mapping, &config, cancel))
     }
 
@@ -293,8 +301,8 @@ impl Engine {
 fn next_look(desk: &Desk) -> Option<(Look, String)> {
     let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening) || log.again;
     if let Some(log) = desk.logs.iter().find(waits) {
-        let (path, mapping) = (log.path.clone(), log.mapping.clone());
-        return Some((Look::Open { log: log.id, path, mapping }, log.typed.clone()));
+        let (path, mapping, choice) = (log.path.clone(), log.mapping.clone(), log.choice.clone());
+        return Some((Look::Open { log: log.id, path, mapping, choice }, log.typed.clone()));
     }
     let shown = desk.shown();
     let is_due = |log: &&DeskLog| {

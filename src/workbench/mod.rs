@@ -15,6 +15,7 @@ mod answers;
 mod assets;
 mod bands;
 mod by_hand;
+mod choice;
 mod chunks;
 mod columns;
 mod curves;

@@ -20,6 +20,8 @@ use crate::session::{self, Job, OpenConfig, SessionError};
 pub(super) enum Seen {
     Open(Box<OpenLog>),
     Guess(Box<Guess>),
+    /// The file holds several logs, and none was chosen.
+    Parts(Vec<(usize, Option<f64>)>),
 }
 
 /// Reads a log, or guesses what its columns mean where nobody has said it.
@@ -33,12 +35,16 @@ pub(super) fn read(
     // Before it is read: what is written meanwhile is seen the next time.
     let stamp = Stamp::of(path);
     let opened = if let Some(mapping) = mapping {
-        session::open_mapped(path, &mapping.load()?, config, &job)?
+        session::open_mapped(path, &mapping.load()?, config, &job)
     } else {
         if let Some(guessed) = session::guess_columns(path, &job)? {
             return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
         }
-        session::open(path, config, &job)?
+        session::open(path, config, &job)
+    };
+    let opened = match opened {
+        Err(error) => return error.parts().map(Seen::Parts).ok_or(error),
+        Ok(opened) => opened,
     };
     let found = opened.log.findings().map(sentence);
     let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
@@ -46,7 +52,7 @@ pub(super) fn read(
     // Our own say themselves what they are.
     let is_capture = opened.frames.is_some();
     let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
-    let (format, log) = (opened.format, opened.log);
+    let (format, log, part) = (opened.format, opened.log, opened.notes.part);
     Ok(Seen::Open(Box::new(OpenLog {
         stamp,
         bands,
@@ -55,6 +61,7 @@ pub(super) fn read(
         format,
         is_capture,
         takes_mapping,
+        part,
         log,
     })))
 }
@@ -72,6 +79,7 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
             log.guess = Some(guess);
             LogContent::Guessed
         }
+        Ok(Seen::Parts(parts)) => LogContent::Parts(parts),
         Ok(Seen::Open(open)) => {
             let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
             is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
@@ -82,7 +90,8 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
         Err(Ended::Failed(why)) => LogContent::Failed(why),
         Err(Ended::Cancelled) => return,
     };
-    let (name, is_failed) = (log.typed.clone(), matches!(log.content, LogContent::Failed(_)));
+    let (name, is_failed) =
+        (log.typed.clone(), matches!(log.content, LogContent::Failed(_) | LogContent::Parts(_)));
     if is_other {
         desk.notices.push(Changed(name).to_string());
     }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
+use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, Origin, Role};
 use super::kept::{self, SavedAnswer};
@@ -46,6 +47,9 @@ pub(super) struct SavedLog {
     /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
     pub sha256: String,
     pub role: Role,
+    /// Which part of it counts.
+    #[serde(default, skip_serializing_if = "Choice::is_all")]
+    pub choice: Choice,
     /// What its columns mean, of a foreign log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapping: Option<DeskMapping>,
@@ -69,6 +73,7 @@ impl Saved {
             path: whole(&log.path),
             sha256: log.sha256().to_owned(),
             role: log.role,
+            choice: log.choice.clone(),
             mapping: log.mapping.as_deref().cloned(),
         });
         let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);

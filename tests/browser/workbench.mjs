@@ -386,6 +386,44 @@ async function columns() {
   check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
 }
 
+async function parts() {
+  step("a file with several logs, and a part of one of them");
+  const flight = readFileSync(new URL("../formats/golden/betaflight_7_1.bbl", import.meta.url));
+  writeFileSync(join(folder, "LOG.bbl"), Buffer.concat([flight.subarray(0, flight.length * 3 / 4), flight]));
+  await page.goto(await start("LOG.bbl"));
+  await page.getByRole("button", { name: "open log 1 of LOG.bbl" }).waitFor();
+  await picture("12-parts");
+  check(await page.locator("#ask-button").isDisabled(), "nothing is asked before one is chosen");
+  await page.getByRole("button", { name: "open log 2 of LOG.bbl" }).click();
+  await page.getByRole("button", { name: "show LOG.bbl#2" }).waitFor();
+  await page.locator("[data-error-of=paper]").first().waitFor();
+  const compared = await page.locator(".by-hand code").textContent();
+  check(compared.endsWith("--log 'LOG.bbl#2'"), "its name in a command: " + compared);
+  await page.getByRole("button", { name: "open a log", exact: true }).click();
+  await page.getByLabel("only these rotors").fill("two");
+  const open = async () => {
+    await page.locator("dialog#files button", { hasText: /^\// }).first().click();
+    await page.locator("dialog#files button", { hasText: "teeth_1.csv" }).click();
+  };
+  await open();
+  await page.locator(".notice", { hasText: "Rotors are numbers" }).waitFor();
+  await page.getByRole("button", { name: "dismiss the notices" }).click();
+  await page.getByRole("button", { name: "open a log", exact: true }).click();
+  await page.getByLabel("only these rotors").fill("2,1");
+  await page.getByLabel("only from this time [s]").fill("2.5");
+  await open();
+  await page.getByText("Only rotors 2, 1; from 2.5 s").waitFor();
+  await page.getByRole("button", { name: "show teeth_1.csv" }).click();
+  await drawn();
+  await picture("12-part");
+  const command = await page.locator(".by-hand code").textContent();
+  check(command.includes("--from-s 2.5 --rotors 2,1"), "what was chosen is in the command: " + command);
+  const said = JSON.parse(byHand([command], folder, "--json"));
+  const body = said.comparisons[0].blocks.find(it => it.name === "body");
+  const shown = await page.locator("figure[data-block=body] [data-error-of=paper] .number").first().getAttribute("data-value");
+  check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
+}
+
 async function grows() {
   step("a log that is being written");
   const lines = readFileSync(join(folder, "teeth_1.csv"), "utf8").trimEnd().split("\n");
@@ -451,6 +489,7 @@ try {
   await law();
   await identified();
   await columns();
+  await parts();
   await grows();
   await live();
   check(complaints.length === 0, "the browser complained:\n" + complaints.join("\n"));

@@ -215,7 +215,8 @@ function update(force) {
     // One that was just confirmed is waited for.
     if (next && !desk.logs.some(it => it.id === log && it.state === "opening")) return show(next.id);
     none();
-    return fill(middle, element("p", { class: "soft" }, desk?.logs.some(it => it.state === "opening") ? "Being read ..." : "Open a log to see it here."));
+    const waits = state => desk?.logs.some(it => it.state === state);
+    return fill(middle, element("p", { class: "soft" }, waits("opening") ? "Being read ..." : waits("parts") ? "Choose one of the logs of the file." : "Open a log to see it here."));
   }
   const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);
   if (signature === built && force !== true) {

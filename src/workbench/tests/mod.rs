@@ -6,4 +6,5 @@ mod columns;
 mod grows;
 mod kept;
 mod law;
+mod parts;
 mod safe;
