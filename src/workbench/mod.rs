@@ -39,6 +39,7 @@ mod saved;
 mod search;
 mod server;
 mod shown;
+mod signals;
 #[cfg(test)]
 mod tests;
 pub mod thresholds;

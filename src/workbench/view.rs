@@ -178,8 +178,8 @@ fn compared_view(compared: &Compared) -> Value {
 type ModelBlock<'a> = (u64, &'a Block, Option<(f64, f64)>);
 
 fn block(each: &[ModelBlock]) -> Value {
-    let Some((_, first, worst_s)) = each.first() else { return Value::Null };
-    let errors = each.iter().map(|(model, block, _)| {
+    let Some((_, first, _)) = each.first() else { return Value::Null };
+    let errors = each.iter().map(|(model, block, worst_s)| {
         let error = &block.error;
         json!({
             "model": model,
@@ -187,6 +187,7 @@ fn block(each: &[ModelBlock]) -> Value {
             "fit_percent": error.fit_percent,
             "noise_floor": error.noise_floor,
             "is_noise": error.is_noise(),
+            "worst_s": worst_s,
         })
     });
     json!({
@@ -196,7 +197,6 @@ fn block(each: &[ModelBlock]) -> Value {
         "driven_by": first.driven_by,
         "run": comparison::run(first.run),
         "errors": errors.collect::<Vec<_>>(),
-        "worst_s": worst_s,
     })
 }
 

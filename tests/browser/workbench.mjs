@@ -200,7 +200,24 @@ async function exported() {
   const report = await saved(() => page.getByRole("button", { name: /save the report/ }).click(), "held_out.html");
   check(report.includes("step-1"), "the report names the model");
   const signals = await saved(() => page.getByRole("button", { name: /save the signals/ }).click(), "held_out_signals.csv");
-  check(signals.includes("modelled_body"), "the signals have the model's");
+  // Both models are drawn, and each has columns of its own.
+  for (const model of ["paper", "step-1"]) check(signals.includes(model + ".modelled_body"), "the signals have those of " + model);
+  const rowsOf = text => String(text).trimEnd().split("\n").length - 1;
+  await page.keyboard.press("+");
+  const seen = await saved(() => page.getByRole("button", { name: /save the signals/ }).click(), "held_out_signals.csv");
+  check(Math.abs(rowsOf(seen) / rowsOf(signals) - 0.5) < 0.01, `of half of the time ${rowsOf(seen)} of ${rowsOf(signals)} rows`);
+  await page.keyboard.press("a");
+  step("failure tables of the model that is worked on");
+  const fold = page.locator("figure[data-block=body]").first();
+  await fold.getByText("by time, frequency and operating point").click();
+  await fold.locator("[data-table-of=step-1]").waitFor();
+  await page.getByRole("button", { name: "work on paper" }).click();
+  await page.getByText("Ladder of paper").waitFor();
+  await fold.getByText("by time, frequency and operating point").click();
+  await fold.locator("[data-table-of=paper]").waitFor();
+  await picture("4-failure-of-paper");
+  await page.getByRole("button", { name: "work on step-1" }).click();
+  await page.getByText("Ladder of step-1").waitFor();
   const drawn = await saved(() => page.getByRole("button", { name: /save a picture/ }).first().click(), "plot.png");
   check(drawn.subarray(1, 4).toString() === "PNG", "a picture");
   const lines = String(await saved(() => page.getByRole("button", { name: /save a drawing/ }).first().click(), "plot.svg"));

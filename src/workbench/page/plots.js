@@ -1,6 +1,6 @@
 // The plots of one log: each block measured and modelled, its error beneath; all of them over the same time.
 
-import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
+import { complain, desk, get, ofChosen, onDesk, save, saveBlob } from "./act.js";
 import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { against } from "./against.js";
@@ -58,9 +58,12 @@ export function pan(share) {
   look(from + share * (to - from), to + share * (to - from));
 }
 export const cursor = name => place(name, seen());
+// Where the model that is worked on fails most.
 export function worst() {
-  const block = blocks()[0];
-  if (block?.worst_s) look(...block.worst_s);
+  const over = block => { const it = ofChosen(block.errors); return block.name === "chain" ? -1 : it.rms / it.noise_floor; };
+  const [block] = [...(current()?.compared?.blocks || [])].sort((a, b) => over(b) - over(a));
+  const at = block && ofChosen(block.errors).worst_s;
+  if (at) look(...at);
 }
 const seen = () => span || current()?.ends_s || [0, 1];
 
@@ -153,7 +156,8 @@ function errors(block) {
 }
 
 function blockFigure(block) {
-  const levels = [{ label: "noise floor", value: block.errors[0].noise_floor }, { label: "", value: -block.errors[0].noise_floor }];
+  const { noise_floor } = ofChosen(block.errors);
+  const levels = [{ label: "noise floor", value: noise_floor }, { label: "", value: -noise_floor }];
   const parts = [
     { kinds: ["measured", "modelled"], name: block.signal, unit: block.unit, height: 200 },
     { kinds: ["error"], name: "error", unit: block.unit, height: 120, levels },
@@ -195,7 +199,8 @@ function bar(it) {
     button("A", () => cursor("A"), { "aria-label": "cursor A" }), button("B", () => cursor("B"), { "aria-label": "cursor B" }),
     button("A B off", clear, { "aria-label": "cursors off" }), pick,
     button("report", () => save({ what: "report", id: it.id }), { class: "quiet", "aria-label": "save the report of " + it.name }),
-    button("CSV", () => save({ what: "signals", id: it.id }), { class: "quiet", "aria-label": "save the signals of " + it.name }));
+    button("CSV", () => save({ what: "signals", id: it.id, ...(span ? { from: span[0], to: span[1] } : {}) }), {
+      class: "quiet", "aria-label": "save the signals of " + it.name, title: "what is seen: these times, every channel and every model that is drawn" }));
 }
 
 // Draws anew what has changed: other blocks or models are other plots.
@@ -218,7 +223,7 @@ function update(force) {
     const waits = state => desk?.logs.some(it => it.state === state);
     return fill(middle, element("p", { class: "soft" }, waits("opening") ? "Being read ..." : waits("parts") ? "Choose one of the logs of the file." : "Open a log to see it here."));
   }
-  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);
+  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.chosen, desk.models.map(it => [it.id, it.name, it.is_tried])]);
   if (signature === built && force !== true) {
     // More of it was read.
     if (rows !== it.sha256) refresh();

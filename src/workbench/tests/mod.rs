@@ -8,3 +8,4 @@ mod kept;
 mod law;
 mod parts;
 mod safe;
+mod signals;
