@@ -220,11 +220,16 @@ async function exported() {
   await page.getByText("Ladder of step-1").waitFor();
   const drawn = await saved(() => page.getByRole("button", { name: /save a picture/ }).first().click(), "plot.png");
   check(drawn.subarray(1, 4).toString() === "PNG", "a picture");
+  writeFileSync(join(pictures, "plot.png"), drawn);
   const lines = String(await saved(() => page.getByRole("button", { name: /save a drawing/ }).first().click(), "plot.svg"));
   writeFileSync(join(pictures, "plot.svg"), lines);
   check(lines.startsWith("<svg") && !/NaN|undefined|Infinity/.test(lines), "a drawing without a hole in its numbers");
   const [points, unit] = [(lines.match(/L-?[0-9]/g) || []).length, /rad\/s\]/.test(lines)];
   check(points > 500 && unit && lines.includes("measured"), `a drawing of ${points} points, with its unit and legend`);
+  check(lines.split("time [s]").length === 3 && lines.includes("error [rad/s]"), "both plots of it, with the names of their axes");
+  // The picture is that drawing, twice as wide and high.
+  const size = ["width", "height"].map(name => 2 * Math.round(Number(new RegExp(` ${name}="([0-9.]+)"`).exec(lines)[1])));
+  check(drawn.readUInt32BE(16) === size[0] && drawn.readUInt32BE(20) === size[1], `a picture of ${drawn.readUInt32BE(16)} x ${drawn.readUInt32BE(20)}, not ${size}`);
 }
 
 async function back() {

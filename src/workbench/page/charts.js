@@ -201,18 +201,6 @@ export class Chart {
     return Math.max(Math.round(this.spec.host.clientWidth - 80), 50);
   }
 
-  // The plot as a picture, on the page's own ground.
-  picture(then) {
-    const from = this.plot.ctx.canvas;
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [from.width, from.height];
-    const ctx = canvas.getContext("2d");
-    ctx.fillStyle = ink("paper");
-    ctx.fillRect(0, 0, canvas.width, canvas.height);
-    ctx.drawImage(from, 0, 0);
-    canvas.toBlob(then, "image/png");
-  }
-
   destroy() {
     this.plot?.destroy();
   }

@@ -6,7 +6,7 @@ import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { against } from "./against.js";
 import { onBeside, others } from "./beside.js";
 import { details } from "./details.js";
-import { drawing } from "./drawing.js";
+import { drawing, picture } from "./drawing.js";
 import { columns } from "./guess.js";
 import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
 
@@ -84,10 +84,12 @@ class Figure {
       const host = element("div", { class: "chart" });
       return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
     });
-    const picture = button("picture", () => this.charts[0].chart.picture(blob => saveBlob(blob, "plot.png")), { class: "quiet", "aria-label": "save a picture of " + title });
-    const lines = button("SVG", () => saveBlob(drawing(this.charts.map(it => it.chart), title, ink), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
+    // Just come into view, it may not be drawn yet.
+    const whole = async () => (this.stale && await this.refresh(true), drawing(this.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink));
+    const png = button("picture", async () => saveBlob(await picture(await whole()), "plot.png"), { class: "quiet", "aria-label": "save a picture of " + title });
+    const lines = button("SVG", async () => saveBlob(await whole(), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
     this.root = element("figure", { "aria-label": title },
-      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture, lines), under), this.charts.map(it => it.host));
+      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), png, lines), under), this.charts.map(it => it.host));
     this.range = element("div");
     this.root.append(this.range);
     this.measure();
@@ -102,9 +104,9 @@ class Figure {
     rangeTable(this.range, { log, ...this.query }, nameOf).catch(error => complain(error.message));
   }
 
-  async refresh() {
+  async refresh(unseen) {
     this.stale = true;
-    if (!this.visible) return;
+    if (!this.visible && !unseen) return;
     this.stale = false;
     const number = ++this.asked;
     const [from, to] = seen();
@@ -240,7 +242,7 @@ function update(force) {
   middle.scrollTop = top;
 }
 
-const refresh = () => figures.forEach(figure => figure.refresh());
+const refresh = () => figures.forEach(figure => figure.refresh(false));
 
 export function build(at) {
   middle = at("middle");
