@@ -5,9 +5,9 @@
 // `tools/browser` calls it with all three. It waits for states of the page, never for times.
 
 import { execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 import { createRequire } from "node:module";
 
 const [program, chromium, pictures] = process.argv.slice(2);
@@ -23,10 +23,11 @@ function check(holds, what) {
 const step = text => console.log("browser: " + text);
 
 // A workbench with these arguments, and its address.
-async function start(...given) {
+const start = (...given) => begin(["--no-open", ...given], process.env);
+async function begin(given, env) {
   await page.goto("about:blank");
   running?.kill("SIGINT");
-  running = spawn(program, ["workbench", "--no-open", ...given], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  running = spawn(program, ["workbench", ...given], { cwd: folder, env, stdio: ["ignore", "pipe", "inherit"] });
   return await new Promise((found, failed) => {
     let said = "";
     running.stdout.on("data", bytes => { said += bytes; if (said.includes("\n")) found(said.trim()); });
@@ -41,7 +42,7 @@ context.setDefaultTimeout(PATIENCE);
 const page = await context.newPage();
 page.on("console", message => { if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()} ${message.location().url}`); });
 page.on("pageerror", error => complaints.push("page: " + error.message));
-page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url())) complaints.push("asked for " + request.url()); });
+page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url()) && !request.url().startsWith("file://" + folder)) complaints.push("asked for " + request.url()); });
 
 const picture = name => page.screenshot({ path: join(pictures, name + ".png") });
 const drawn = () => page.locator("figure[data-block=body][data-drawn]").first().waitFor();
@@ -84,6 +85,24 @@ async function demo() {
   const wide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
   check(!wide, "at 1280 x 720 the page is wider than the window");
   await picture("1-error");
+}
+
+async function opened() {
+  step("opened by the desktop: nothing that leads in is seen by others");
+  mkdirSync(join(folder, "bin"));
+  const said = join(folder, "bin", "said");
+  writeFileSync(join(folder, "bin", "xdg-open"), `#!/bin/sh\nprintf '%s\\n' "$@" >'${said}.new'\nmv '${said}.new' '${said}'\n`, { mode: 0o755 });
+  const address = await begin([], { ...process.env, HOME: folder, PATH: join(folder, "bin") + ":" + process.env.PATH });
+  while (!existsSync(said)) await page.waitForTimeout(20);
+  const [file, ...more] = readFileSync(said, "utf8").trimEnd().split("\n");
+  const token = address.split("token=")[1];
+  check(more.length === 0 && !file.includes(token), "the token is among the browser's arguments: " + file);
+  check(file.startsWith(folder) && (statSync(file).mode & 0o777) === 0o600 && (statSync(dirname(file)).mode & 0o777) === 0o700, file + " is its user's alone");
+  await context.clearCookies();
+  await page.goto("file://" + file);
+  await page.locator("figure[data-drawn]").first().waitFor();
+  check(!page.url().includes("token"), "the token stays in the address");
+  check(!existsSync(dirname(file)), "it is gone when it was used");
 }
 
 async function names() {
@@ -499,6 +518,7 @@ async function live() {
 let failed = null;
 try {
   await demo();
+  await opened();
   await names();
   await looks();
   const effect = await ask();
