@@ -110,6 +110,16 @@ async function names() {
   const bare = await page.evaluate(() => [...document.querySelectorAll("button, select, input, summary")]
     .filter(it => !(it.getAttribute("aria-label") || it.textContent.trim())).map(it => it.outerHTML));
   check(bare.length === 0, "controls without a name: " + bare.join(" "));
+  const [rate, error] = await page.locator("figure[data-block=body] canvas").evaluateAll(all => all.map(it => `${it.getAttribute("role")}: ${it.getAttribute("aria-label")}`));
+  check(/^img: body_rate_rad_s \[rad\/s\] from 0 to [0-9.]+ s\. measured: mean .*, 999 samples\. paper: mean/.test(rate), "a plot in words: " + rate);
+  check(/^img: error \[rad\/s\] .*paper: mean/.test(error), "its error in words: " + error);
+  const low = await page.locator(".chart").evaluateAll(all => all.filter(it => !(parseFloat(getComputedStyle(it).minHeight) > 100)).length);
+  check(low === 0, `${low} plots have no room before they are drawn`);
+  const fold = page.locator("#models summary").first();
+  for (const is of ["true", "false"]) {
+    await fold.click();
+    await page.locator("#models summary").first().and(page.locator(`[aria-expanded=${is}]`)).waitFor();
+  }
   await page.keyboard.press("?");
   await page.locator("dialog#keys[open]").waitFor();
   await picture("2-keys");
@@ -150,11 +160,16 @@ async function looks() {
 async function ask() {
   step("what is missing");
   // What was fitted so far is shown while it searches, and gone with the answer.
-  await page.evaluate(() => new MutationObserver(() => { window.saw ||= document.querySelector("#ask .tried")?.rows.length; })
+  await page.evaluate(() => new MutationObserver(() => {
+    window.saw ||= document.querySelector("#ask .tried")?.rows.length;
+    window.told = [...new Set([...(window.told || []), document.querySelector("#ask [role=status]").textContent])];
+  })
     .observe(document.querySelector("#ask"), { childList: true, subtree: true }));
   await page.getByRole("button", { name: "What is missing?" }).click();
   await page.locator("#verdict[data-verdict=missing_effect]").waitFor();
   check(await page.evaluate(() => window.saw) > 1, "candidates are shown as they are fitted");
+  const told = (await page.evaluate(() => window.told)).filter(Boolean);
+  check(told[0] === "Searching for what is missing" && told.at(-1).endsWith("done."), "what a screen reader is told: " + told);
   await picture("3-answer");
   step("the card of a candidate");
   const named = page.locator(".candidates summary").first();

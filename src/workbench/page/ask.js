@@ -100,6 +100,6 @@ function draw() {
 
 export function build(at) {
   // The progress stays where it is: a press of its button is not lost when the desk changes.
-  at("ask").append(head, progress, body);
+  at("ask").append(head, ...progress, body);
   onDesk(draw);
 }
