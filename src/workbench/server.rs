@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
-use axum::http::header::{REFRESH, SET_COOKIE};
+use axum::http::header::{CONTENT_TYPE, REFRESH, SET_COOKIE};
 use axum::http::{Request, Response, StatusCode};
 use axum::response::Response as Answer;
 use hyper::body::Incoming;
@@ -144,6 +144,8 @@ async fn answer(
 /// The cookie, and the address without the token. The page itself goes on to it: behind a redirect the browser would take the
 /// request for that of whoever led here, a file or another program's page, and keep a strict cookie back.
 fn enter(door: &Door) -> Answer {
-    let response = Response::builder().header(REFRESH, "0; url=/");
-    response.header(SET_COOKIE, door.cookie()).body(Body::empty()).unwrap_or_default()
+    // With an icon of its own: else the browser asks for one, which is not there.
+    let page = Body::from("<!doctype html><link rel=\"icon\" href=\"data:,\">");
+    let response = Response::builder().header(REFRESH, "0; url=/").header(CONTENT_TYPE, "text/html");
+    response.header(SET_COOKIE, door.cookie()).body(page).unwrap_or_default()
 }
