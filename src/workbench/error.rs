@@ -123,6 +123,13 @@ pub(super) struct Broken;
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
 
+/// A model that is no longer what a session remembers.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the model {0} has changed since the session was saved: what is drawn and fitted now is of the model as it is"
+)]
+pub(super) struct ChangedModel(pub String);
+
 /// An answer that a session kept, and that is not shown again.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Outdated {

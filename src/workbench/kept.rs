@@ -98,7 +98,8 @@ fn saved(
     })
 }
 
-fn hash(model: &Model) -> Option<String> {
+/// SHA-256 of a model's text: what a comment in its file says does not count.
+pub(super) fn hash(model: &Model) -> Option<String> {
     Some(content_hash(model.emit().ok()?.as_bytes()))
 }
 

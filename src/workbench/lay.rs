@@ -7,6 +7,7 @@ use super::act::Act;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Role, SearchInputs, SearchState};
+use super::error::ChangedModel;
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedModel};
 use super::{ActError, WorkbenchError, by_hand, guesses, kept};
@@ -65,12 +66,17 @@ pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Resul
             Err(error) => desk.notices.push(explained(&error)),
         }
     }
-    for SavedModel { file, model, shown } in saved.models {
+    for SavedModel { file, sha256, model, shown } in saved.models {
         let (model, origin) = match (file, model) {
             (Some(file), _) if file.as_os_str() == "paper" => continue,
             // One that has gone does not take the rest of the session with it.
             (Some(file), _) => match session::open_model(&file) {
-                Ok(model) => (model, self::file(&file)),
+                Ok(model) => {
+                    if sha256.is_some() && sha256 != kept::hash(&model) {
+                        desk.notices.push(ChangedModel(file.display().to_string()).to_string());
+                    }
+                    (model, self::file(&file))
+                }
                 Err(error) => {
                     desk.notices.push(explained(&error));
                     continue;

@@ -61,6 +61,9 @@ pub(super) struct SavedLog {
 pub(super) struct SavedModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
+    /// SHA-256 of the model as it is written, of one in a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
     pub shown: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
@@ -78,10 +81,13 @@ impl Saved {
         });
         let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
         let models = kept.map(|it| match &it.origin {
-            Origin::File(typed) => {
-                SavedModel { file: Some(whole(Path::new(typed))), shown: it.shown, model: None }
-            }
-            _ => SavedModel { file: None, shown: it.shown, model: Some(it.model.clone()) },
+            Origin::File(typed) => SavedModel {
+                file: Some(whole(Path::new(typed))),
+                sha256: kept::hash(&it.model),
+                shown: it.shown,
+                model: None,
+            },
+            _ => SavedModel { file: None, sha256: None, shown: it.shown, model: Some(it.model.clone()) },
         });
         Self {
             version: VERSION,

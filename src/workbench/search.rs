@@ -16,7 +16,7 @@ use crate::discover::{Discovery, LawVerdict};
 use crate::identify::IdentifySettings;
 use crate::model::Model;
 use crate::report::findings::sentences;
-use crate::report::next_steps::{NextStep, Typed, next_steps};
+use crate::report::next_steps::{Typed, next_steps};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Extended, Job, Progress, SessionError};
 use crate::signal::ROTORS;
@@ -177,9 +177,8 @@ impl SearchTask {
         let words = |logs: &[String]| logs.iter().map(|log| by_hand::quoted(log)).collect::<Vec<_>>();
         let options = Typed { logs: self.options.clone(), ..Typed::default() };
         let next = next_steps(&diagnosis, &by_hand::quoted(model), (&words(fit), &words(held_out)), &options);
-        let next: Vec<String> = next.iter().map(NextStep::text).collect();
         desk.done.push(self.by_hand.clone());
-        let shown = Arc::new(answers::of_diagnosis(&diagnosis, next));
+        let shown = Arc::new(answers::of_diagnosis(&diagnosis, &next));
         desk.answered = Some(Answered { of: self.recipe.of.clone(), shown });
     }
 

@@ -103,6 +103,7 @@ async function opened() {
   await page.locator("figure[data-drawn]").first().waitFor();
   check(!page.url().includes("token"), "the token stays in the address");
   check(!existsSync(dirname(file)), "it is gone when it was used");
+  await drawn();
 }
 
 async function names() {
@@ -171,6 +172,10 @@ async function ask() {
   const told = (await page.evaluate(() => window.told)).filter(Boolean);
   check(told[0] === "Searching for what is missing" && told.at(-1).endsWith("done."), "what a screen reader is told: " + told);
   await picture("3-answer");
+  const fall = await page.locator("#fall [data-is]").evaluateAll(all => all.map(it => Number(it.dataset.value)));
+  check(fall[1] < fall[0] / 2 && fall[2] > 50 && fall[2] <= 100, "the fall of the error beside the verdict: " + fall);
+  const next = await page.locator(".next code").first().textContent();
+  check(/^rotorbench extend .* -o extended\.toml$/.test(next), "what to do next: " + next);
   step("the card of a candidate");
   const named = page.locator(".candidates summary").first();
   await named.hover();
@@ -243,11 +248,11 @@ async function exported() {
   await page.keyboard.press("a");
   step("failure tables of the model that is worked on");
   const fold = page.locator("figure[data-block=body]").first();
-  await fold.getByText("by time, frequency and operating point").click();
+  // What was open stays open when the plots are made anew.
+  await fold.locator("details", { hasText: "by time, frequency" }).first().evaluate(it => { it.open = true; });
   await fold.locator("[data-table-of=step-1]").waitFor();
   await page.getByRole("button", { name: "work on paper" }).click();
   await page.getByText("Ladder of paper").waitFor();
-  await fold.getByText("by time, frequency and operating point").click();
   await fold.locator("[data-table-of=paper]").waitFor();
   await picture("4-failure-of-paper");
   await page.getByRole("button", { name: "work on step-1" }).click();

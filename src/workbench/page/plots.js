@@ -4,6 +4,7 @@ import { complain, desk, get, ofChosen, onDesk, save, saveBlob } from "./act.js"
 import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { against } from "./against.js";
+import { named } from "./ask.js";
 import { onBeside, others } from "./beside.js";
 import { details } from "./details.js";
 import { drawing, picture } from "./drawing.js";
@@ -67,10 +68,11 @@ export function worst() {
 }
 const seen = () => span || current()?.ends_s || [0, 1];
 
-// The blocks, the one farthest over its noise floor first; the chain is no block of its own.
+// The blocks, what the answer names first, then the one farthest over its noise floor; the chain is no block of its own.
 function blocks() {
   const over = block => Math.max(...block.errors.map(it => it.rms / it.noise_floor));
-  const rank = block => (block.name === "chain" ? -1 : over(block));
+  const isNamed = block => block.name !== "sensors" && block.signal.replace(/_\d+(?=_|$)/, "") === named();
+  const rank = block => (block.name === "chain" ? -1 : over(block) + (isNamed(block) ? 1e9 : 0));
   return [...(current()?.compared?.blocks || [])].sort((a, b) => rank(b) - rank(a));
 }
 
@@ -225,7 +227,7 @@ function update(force) {
     const waits = state => desk?.logs.some(it => it.state === state);
     return fill(middle, element("p", { class: "soft" }, waits("opening") ? "Being read ..." : waits("parts") ? "Choose one of the logs of the file." : "Open a log to see it here."));
   }
-  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.chosen, desk.models.map(it => [it.id, it.name, it.is_tried])]);
+  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.chosen, named(), desk.models.map(it => [it.id, it.name, it.is_tried])]);
   if (signature === built && force !== true) {
     // More of it was read.
     if (rows !== it.sha256) refresh();
