@@ -47,6 +47,23 @@ pub enum ChoiceError {
     },
 }
 
+impl SessionError {
+    /// The logs of a file that holds several, where none was chosen: number of each, and how long it is [s] where the file says
+    /// that.
+    #[must_use]
+    pub fn parts(&self) -> Option<Vec<(usize, Option<f64>)>> {
+        match self {
+            Self::Format(FormatError::Parts { lengths, .. }) => {
+                Some(lengths.iter().enumerate().map(|(at, length)| (at + 1, Some(*length))).collect())
+            }
+            Self::Foreign(ForeignError::Restart { parts, .. }) => {
+                Some((1..=*parts).map(|part| (part, None)).collect())
+            }
+            _ => None,
+        }
+    }
+}
+
 fn rotors_in(present: &[usize]) -> String {
     if present.is_empty() {
         return "it names none".to_owned();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::open::{beginning, is_ours};
+use super::open::{addressed, beginning, is_ours};
 use super::{Job, SessionError};
 use crate::log::format::{FormatError, Request, Start};
 use crate::log::formats::FORMATS;
@@ -28,12 +28,14 @@ pub struct GuessedLog {
     pub shipped: Option<&'static str>,
 }
 
-/// Guesses what the columns of a log mean; `None` where the log says itself what it is, or is no table.
+/// Guesses what the columns of a log mean, of `LOG#2` those of the file; `None` where the log says itself what it is, or is no table.
 ///
 /// # Errors
 /// [`SessionError`] when it cannot be read.
 pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, SessionError> {
     job.run(|| {
+        // The logs of a file have the same columns.
+        let path = &addressed(path).0;
         let bytes = beginning(path);
         let start = Start { bytes: &bytes, path };
         if bytes.is_empty() || is_recording_or_capture(&start) || is_ours(&start) {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
+use super::choice::Choice;
 use super::desk::Role;
 
 /// One wish of the page.
@@ -14,6 +15,16 @@ pub(super) enum Act {
     OpenLog {
         /// Its path.
         path: PathBuf,
+        /// Which part of it counts.
+        #[serde(default)]
+        choice: Choice,
+    },
+    /// Opens one of the logs of a file that holds several.
+    OpenPart {
+        /// Number of what was opened.
+        log: u64,
+        /// Which of them, from 1.
+        part: usize,
     },
     /// Takes a log away.
     CloseLog {

@@ -8,10 +8,11 @@ use crate::diagnose::diagnosis::RankedCandidate;
 use crate::discover::Discovery;
 use crate::effect::{CATALOGUE, Card};
 use crate::report::findings::sentences;
+use crate::report::next_steps::NextStep;
 use crate::report::{discovery, json as answer_json, not_named, verdict};
 
-/// What `diagnose` said; `next` is what to do, in sentences.
-pub(super) fn of_diagnosis(it: &Diagnosis, next: Vec<String>) -> Value {
+/// What `diagnose` said; `next` is what to do.
+pub(super) fn of_diagnosis(it: &Diagnosis, next: &[NextStep]) -> Value {
     let own = it.model.user_effects.iter().map(|effect| {
         (effect.id.clone(), json!({ "meaning": effect.meaning, "equation": effect.expression }))
     });
@@ -26,7 +27,23 @@ pub(super) fn of_diagnosis(it: &Diagnosis, next: Vec<String>) -> Value {
         "candidates": it.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "cards": own.collect::<Map<_, _>>(),
         "findings": sentences(&it.findings),
-        "next": next,
+        "fall": fall(it),
+        "next": next.iter().map(|it| json!({ "words": it.words, "command": it.command })).collect::<Vec<_>>(),
+    })
+}
+
+/// How far the held-out error falls with the named effects; `null` where none is named.
+fn fall(it: &Diagnosis) -> Value {
+    if it.effects.is_empty() {
+        return Value::Null;
+    }
+    let error = &it.error;
+    json!({
+        "channel": error.channel,
+        "before": error.without_effects(),
+        "after": error.extended.validate,
+        "floor": error.noise_floor,
+        "explained": error.explained(),
     })
 }
 

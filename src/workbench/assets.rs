@@ -38,6 +38,7 @@ files![
     "live.js",
     "logs.js",
     "models.js",
+    "part.js",
     "plots.js",
     "progress.js",
     "shell.js",

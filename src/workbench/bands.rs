@@ -122,3 +122,30 @@ fn push(bands: &mut Vec<Band>, code: &'static str, spans: impl Iterator<Item = (
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two findings of a channel and a hole, the later ones first: a picture names them from left to right.
+    #[test]
+    fn bands_come_in_the_order_of_time_whatever_found_them() {
+        let time: Vec<f64> = (0..100).map(f64::from).filter(|at| !(40.0..60.0).contains(at)).collect();
+        let log = Dataset::new("here", "", time).expect("a log");
+        let found = |code, spans: &[(f64, f64)]| Found {
+            channel: "body_rate_rad_s".to_owned(),
+            code,
+            spans: Spans(spans.to_vec()),
+        };
+        let found = vec![found("outliers", &[(70.0, 75.0), (90.0, 91.0)]), found("frozen", &[(5.0, 9.0)])];
+        let bands = Bands { found, holes: log.holes(), interval: 1.0 };
+        let drawn = bands.within(&log, &(0..log.len()), &["body_rate_rad_s"], 0.1);
+        let codes: Vec<(&str, f64)> = drawn.iter().map(|it| (it.code, it.from)).collect();
+        assert_eq!(codes, [("frozen", 5.0), ("hole", 39.0), ("outliers", 70.0), ("outliers", 90.0)]);
+        assert_eq!(
+            bands.within(&log, &(0..log.len()), &["body_angle_rad"], 0.1).len(),
+            1,
+            "another channel's"
+        );
+    }
+}

@@ -20,6 +20,7 @@ pub(super) fn compare(desk: &Desk, log: u64) -> Result<String, ActError> {
     let log = desk.log(log)?;
     words.extend(log.mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]));
     words.extend(bench_of_captures(desk, [log].into_iter()));
+    words.extend(log.choice.options());
     words.extend(["--log".to_owned(), log.typed.clone()]);
     Ok(command(&words))
 }
@@ -80,13 +81,25 @@ pub(super) fn design(model: &str, bench: Option<&Path>) -> String {
     command(&words)
 }
 
-/// The logs that are fitted on, and those that are held out.
-fn logs(desk: &Desk) -> Vec<String> {
-    let mapped = desk.logs.iter().filter(|log| log.role != Role::Look);
-    let mapping = mapped.filter_map(|log| log.mapping.as_ref()).next();
+/// The options that say how those logs are read.
+fn options(desk: &Desk) -> Vec<String> {
+    let read = || desk.logs.iter().filter(|log| log.role != Role::Look);
+    let mapping = read().find_map(|log| log.mapping.as_ref());
     let mut words: Vec<String> =
         mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]).collect();
-    words.extend(bench_of_captures(desk, desk.logs.iter().filter(|log| log.role != Role::Look)));
+    words.extend(bench_of_captures(desk, read()));
+    words.extend(read().next().iter().flat_map(|log| log.choice.options()));
+    words
+}
+
+/// The same, each with a blank before it.
+pub(super) fn options_typed(desk: &Desk) -> String {
+    options(desk).iter().map(|word| format!(" {}", quoted(word))).collect()
+}
+
+/// The logs that are fitted on, and those that are held out.
+fn logs(desk: &Desk) -> Vec<String> {
+    let mut words = options(desk);
     for (option, role) in [("--log", Role::Fit), ("--validate", Role::HeldOut)] {
         let typed: Vec<String> =
             desk.logs.iter().filter(|log| log.role == role).map(|log| log.typed.clone()).collect();
@@ -105,9 +118,14 @@ fn bench_of_captures<'a>(desk: &Desk, mut logs: impl Iterator<Item = &'a DeskLog
     file.flat_map(|file| ["--config".to_owned(), file.clone()]).collect()
 }
 
-/// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for.
-pub(super) fn check_mappings(desk: &Desk) -> Result<(), ActError> {
+/// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for, and so is what it
+/// says of rotors and times.
+pub(super) fn check_together(desk: &Desk) -> Result<(), ActError> {
     let fitted = || desk.logs.iter().filter(|log| log.role != Role::Look);
+    let mut pairs = fitted().zip(fitted().skip(1));
+    if let Some((one, other)) = pairs.find(|(one, other)| one.choice != other.choice) {
+        return Err(ActError::Choices(one.typed.clone(), other.typed.clone()));
+    }
     let Some(first) = fitted().find(|log| log.mapping.is_some()) else { return Ok(()) };
     let takes = |log: &&DeskLog| log.mapping.is_some() || log.open().is_ok_and(|open| open.takes_mapping);
     match fitted().filter(takes).find(|log| log.mapping != first.mapping) {
@@ -117,7 +135,7 @@ pub(super) fn check_mappings(desk: &Desk) -> Result<(), ActError> {
 }
 
 /// A word as a shell takes it for one.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:=,+@%".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

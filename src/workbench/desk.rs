@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::ActError;
 use super::bands::Bands;
+use super::choice::Choice;
 use super::columns::{DeskMapping, Guess};
 use super::places::Stamp;
 use super::shown::{ShownChannel, ShownComparison};
@@ -40,6 +41,8 @@ pub(super) struct DeskLog {
     /// The same as text.
     pub typed: String,
     pub role: Role,
+    /// Which part of it counts: another one is another log.
+    pub choice: Choice,
     /// SHA-256 that a session remembers of it.
     pub remembered: Option<String>,
     pub content: LogContent,
@@ -61,6 +64,8 @@ pub(super) enum LogContent {
     Opening,
     /// What its columns mean is a guess that nobody has confirmed.
     Guessed,
+    /// The file holds several logs, and none was chosen: their numbers and how long they are [s], where the file says it.
+    Parts(Vec<(usize, Option<f64>)>),
     /// It was read.
     Open(Arc<OpenLog>),
     /// It cannot be read, and why.
@@ -79,6 +84,8 @@ pub(super) struct OpenLog {
     pub is_capture: bool,
     /// Whether a command's `--mapping` would be for it, too.
     pub takes_mapping: bool,
+    /// Which log of its file it is, and how many that holds, where it says so.
+    pub part: Option<(usize, usize)>,
     /// What the reader left out and what screening found, in sentences.
     pub notes: Vec<String>,
     /// The same where it has rows.
@@ -334,6 +341,7 @@ impl DeskLog {
         match &self.content {
             LogContent::Open(log) => Ok(log),
             LogContent::Guessed => Err(ActError::Guessed(self.typed.clone())),
+            LogContent::Parts(_) => Err(ActError::Several(self.typed.clone())),
             _ => Err(ActError::Opening(self.typed.clone())),
         }
     }

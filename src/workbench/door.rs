@@ -1,7 +1,7 @@
 //! Who is let in: whoever has the token that the first address carries, from a page of this server and by no other name of
 //! this machine.
 //!
-//! The token is in the address once. It is taken out of it by a redirect and goes on as a cookie that no script can read and no
+//! The token is in the address once. The first page goes on to the address without it, and it goes on as a cookie that no script can read and no
 //! other site's page can make the browser send. A name of another host that leads here (DNS rebinding) is refused by `Host`, a
 //! page of another site by `Origin` and `Sec-Fetch-Site`.
 

@@ -9,8 +9,8 @@ use std::thread;
 use tokio::sync::watch;
 
 use super::act::Act;
-use super::bands::Bands;
-use super::columns::{DeskMapping, Guess};
+use super::choice::Choice;
+use super::columns::DeskMapping;
 use super::desk::{
     Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Recipe, Role, SearchInputs, SearchKind,
     SearchState,
@@ -19,16 +19,16 @@ use super::guarded::{Ended, guarded};
 use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
 use super::places::{Places, Stamp, as_typed};
+use super::reading::{Seen, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
-use super::shown::{ShownChannel, ShownComparison};
-use super::{ActError, WorkbenchError, by_hand, kept};
+use super::shown::ShownComparison;
+use super::{ActError, WorkbenchError, by_hand};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
-use crate::report::findings::{explained, sentence};
-use crate::report::import::note_lines;
-use crate::session::{self, Job, OpenConfig, Progress, SessionError};
+use crate::report::findings::explained;
+use crate::session::{self, Job, OpenConfig, Progress};
 
 /// The desk, and who works on it.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ pub(super) struct Engine {
 
 /// What is to be looked at next.
 enum Look {
-    Open { log: u64, path: PathBuf, mapping: Option<Arc<DeskMapping>> },
+    Open { log: u64, path: PathBuf, mapping: Option<Arc<DeskMapping>>, choice: Choice },
     Compare { log: u64, content: Arc<OpenLog>, shown: Vec<u64>, models: Vec<Model> },
 }
 
@@ -77,7 +77,8 @@ impl Engine {
                 // The last of several is held out: an error is judged on what no fit has seen.
                 let is_last = index > 0 && index + 1 == files.len();
                 let path = self.places.file(path)?;
-                lay_log(desk, path, if is_last { Role::HeldOut } else { Role::Fit }, None);
+                let role = if is_last { Role::HeldOut } else { Role::Fit };
+                lay_log(desk, path, role, Choice::default(), None);
             }
             for path in models.iter().filter(|path| path.as_os_str() != "paper") {
                 let path = self.places.file(path)?;
@@ -140,11 +141,11 @@ impl Engine {
             Act::AddLaw => self.change(|desk| lay_law(desk, Origin::Made)),
             Act::TryLaw => self.change(|desk| lay_law(desk, Origin::Tried)),
             Act::Recalibrate => self.search(SearchKind::Recalibrate, Vec::new()),
-            Act::OpenLog { path } => {
+            Act::OpenLog { path, choice } => {
                 let path = self.places.file(&path)?;
                 self.change(|desk| {
                     let role = if desk.logs.is_empty() { Role::Fit } else { Role::Look };
-                    lay_log(desk, path, role, None);
+                    lay_log(desk, path, role, choice, None);
                 });
                 Ok(())
             }
@@ -236,9 +237,9 @@ impl Engine {
         while let Some((next, cancel)) = self.next_look() {
             self.tell();
             match next {
-                Look::Open { log, path, mapping } => {
-                    let opened = self.read(&path, mapping.as_deref(), &cancel);
-                    self.change(|desk| opened_log(desk, log, opened));
+                Look::Open { log, path, mapping, choice } => {
+                    let opened = self.read(&path, mapping.as_deref(), &choice, &cancel);
+                    self.change(|desk| lay_seen(desk, log, opened));
                 }
                 Look::Compare { log, content, shown, models } => {
                     let logs = std::slice::from_ref(&content.log);
@@ -265,11 +266,17 @@ impl Engine {
     }
 
     /// Reads a log, if it still lies where it may be opened; a capture as the bench file says.
-    fn read(&self, path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, Ended> {
+    fn read(
+        &self,
+        path: &Path,
+        mapping: Option<&DeskMapping>,
+        choice: &Choice,
+        cancel: &Cancel,
+    ) -> Result<Seen, Ended> {
         // By the path as it was typed, which a model's ladder keeps.
         self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
         let bench = self.live.bench().1.map(Path::to_owned);
-        let config = OpenConfig { bench, ..OpenConfig::default() };
+        let config = choice.within(OpenConfig { bench, ..OpenConfig::default() });
         guarded(|| read(path, mapping, &config, cancel))
     }
 
@@ -294,8 +301,8 @@ impl Engine {
 fn next_look(desk: &Desk) -> Option<(Look, String)> {
     let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening) || log.again;
     if let Some(log) = desk.logs.iter().find(waits) {
-        let (path, mapping) = (log.path.clone(), log.mapping.clone());
-        return Some((Look::Open { log: log.id, path, mapping }, log.typed.clone()));
+        let (path, mapping, choice) = (log.path.clone(), log.mapping.clone(), log.choice.clone());
+        return Some((Look::Open { log: log.id, path, mapping, choice }, log.typed.clone()));
     }
     let shown = desk.shown();
     let is_due = |log: &&DeskLog| {
@@ -308,77 +315,4 @@ fn next_look(desk: &Desk) -> Option<(Look, String)> {
     let content = Arc::clone(log.open().ok()?);
     let models = desk.models.iter().filter(|model| model.shown).map(|model| model.model.clone()).collect();
     Some((Look::Compare { log: log.id, content, shown, models }, log.typed.clone()))
-}
-
-/// What reading a log gives.
-enum Seen {
-    Open(Box<OpenLog>),
-    Guess(Box<Guess>),
-}
-
-fn read(
-    path: &Path,
-    mapping: Option<&DeskMapping>,
-    config: &OpenConfig,
-    cancel: &Cancel,
-) -> Result<Seen, SessionError> {
-    let job = Job::unwatched(cancel);
-    // Before it is read: what is written meanwhile is seen the next time.
-    let stamp = Stamp::of(path);
-    let opened = if let Some(mapping) = mapping {
-        session::open_mapped(path, &mapping.load()?, config, &job)?
-    } else {
-        if let Some(guessed) = session::guess_columns(path, &job)? {
-            return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
-        }
-        session::open(path, config, &job)?
-    };
-    let found = opened.log.findings().map(sentence);
-    let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
-    let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
-    // Our own say themselves what they are.
-    let is_capture = opened.frames.is_some();
-    let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
-    let (format, log) = (opened.format, opened.log);
-    Ok(Seen::Open(Box::new(OpenLog {
-        stamp,
-        bands,
-        channels,
-        notes,
-        format,
-        is_capture,
-        takes_mapping,
-        log,
-    })))
-}
-
-fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
-    desk.looking = None;
-    // It may have been taken away meanwhile.
-    let Ok(log) = desk.log_mut(id) else { return };
-    let mut is_other = false;
-    let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
-    log.stuck = None;
-    log.content = match seen {
-        Ok(Seen::Guess(guess)) => {
-            log.guess = Some(guess);
-            LogContent::Guessed
-        }
-        Ok(Seen::Open(open)) => {
-            let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
-            is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
-            LogContent::Open(Arc::from(open))
-        }
-        // A file that is being written may end within a row.
-        Err(Ended::Failed(why)) if is_again => return log.stuck = Some(why),
-        Err(Ended::Failed(why)) => LogContent::Failed(why),
-        Err(Ended::Cancelled) => return,
-    };
-    let (name, is_failed) = (log.typed.clone(), matches!(log.content, LogContent::Failed(_)));
-    if is_other {
-        desk.notices.push(super::error::Changed(name).to_string());
-    }
-    if is_other || is_failed {
-        kept::drop_of_log(desk, id);
-    }
 }

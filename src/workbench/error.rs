@@ -60,6 +60,22 @@ pub enum ActError {
     /// A foreign log whose columns nobody has confirmed.
     #[error("{0}: what its columns mean is a guess yet: confirm it first")]
     Guessed(String),
+    /// A file with several logs, of which none was chosen.
+    #[error("{0} holds several logs: choose one first")]
+    Several(String),
+    /// A log that the file does not hold, or that nobody asks for.
+    #[error("{0}: there is no part {1} to be chosen")]
+    NoPart(String, usize),
+    /// Logs of which different parts count by the same command.
+    #[error(
+        "of {0} and {1} different rotors or times were chosen, and a command takes one choice for all of its logs"
+    )]
+    Choices(String, String),
+    /// A model of chosen rotors alone.
+    #[error(
+        "{0}: rotors were chosen, and a model of the bench names them as the log does: open it with all of them"
+    )]
+    ChosenRotors(String),
     /// A log whose columns nobody asks for.
     #[error("{0}: it says itself what its columns mean, or they are confirmed")]
     NotAsked(String),
@@ -106,6 +122,13 @@ pub(super) struct Broken;
 #[derive(Debug, thiserror::Error)]
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
+
+/// A model that is no longer what a session remembers.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the model {0} has changed since the session was saved: what is drawn and fitted now is of the model as it is"
+)]
+pub(super) struct ChangedModel(pub String);
 
 /// An answer that a session kept, and that is not shown again.
 #[derive(Debug, thiserror::Error)]

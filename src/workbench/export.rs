@@ -6,12 +6,12 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 use super::ActError;
-use super::desk::{Desk, OpenLog};
+use super::desk::{Desk, DeskLog, OpenLog};
 use super::guesses;
 use super::places::plain;
 use super::saved::Saved;
 use super::shown::ShownComparison;
-use crate::log::csv;
+use super::signals::Signals;
 use crate::model::ModelError;
 use crate::report::comparison;
 use crate::session::SessionError;
@@ -33,6 +33,9 @@ pub(super) struct ExportQuery {
     pub what: String,
     /// Number of the log or of the model.
     pub id: Option<u64>,
+    /// [s] the part of the time that is seen, of `signals`; all of it.
+    pub from: Option<f64>,
+    pub to: Option<f64>,
 }
 
 /// What a file is made of: taken from the desk under its lock, made without it.
@@ -41,8 +44,8 @@ pub(super) enum ExportTask {
     Made(Download),
     /// The page of `compare`.
     Report(OfLog),
-    /// The log with the signals of the last model shown.
-    Signals(OfLog),
+    /// The log with the signals of the models shown.
+    Signals(Signals),
 }
 
 /// A log, and the models that were held beside it.
@@ -68,7 +71,7 @@ impl ExportTask {
             }
             "mapping" => mapping(desk, query.id.unwrap_or_default()).map(Self::Made),
             "report" => OfLog::of(desk, query.id.unwrap_or_default()).map(Self::Report),
-            _ => OfLog::of(desk, query.id.unwrap_or_default()).map(Self::Signals),
+            _ => Signals::of(desk, query).map(Self::Signals),
         }
     }
 
@@ -81,13 +84,7 @@ impl ExportTask {
                 let page = comparison::page(&found, std::slice::from_ref(&content.log));
                 Ok(Download { name: format!("{stem}.html"), kind: "text/html", text: page.emit() })
             }
-            Self::Signals(OfLog { stem, content, found }) => {
-                let last = found.last().ok_or(ActError::Nothing("no model is shown"))?;
-                let signals = last.comparison.signals(content.log.raw());
-                let signals = signals.map_err(|error| SessionError::from(csv::LogError::from(error)))?;
-                let (name, kind) = (format!("{stem}_signals.csv"), "text/csv");
-                Ok(Download { name, kind, text: csv::emit(&signals) })
-            }
+            Self::Signals(signals) => signals.make(),
         }
     }
 }
@@ -99,10 +96,13 @@ impl OfLog {
         let compared = log.compared.as_ref();
         let found = compared.and_then(|compared| Some((compared, compared.found.as_ref().ok()?)));
         let (compared, found) = found.ok_or(ActError::Nothing("no model was compared with this log"))?;
-        let stem = Path::new(&log.typed).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let stem = plain(&stem.unwrap_or_default());
-        Ok(Self { stem, content: Arc::clone(&compared.content), found: Arc::clone(found) })
+        Ok(Self { stem: stem(log), content: Arc::clone(&compared.content), found: Arc::clone(found) })
     }
+}
+
+pub(super) fn stem(log: &DeskLog) -> String {
+    let stem = Path::new(&log.typed).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    plain(&stem.unwrap_or_default())
 }
 
 fn model(desk: &Desk, id: u64) -> Result<Download, ActError> {

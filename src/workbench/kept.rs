@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::desk::{Answered, Desk, Discovered, ReadLog, SearchInputs};
+use super::desk::{Answered, Desk, DeskLog, Discovered, ReadLog, SearchInputs};
 use super::error::Outdated;
 use super::places::whole;
 use crate::log::csv::content_hash;
@@ -76,6 +76,9 @@ fn saved(
     let paths = |logs: &[ReadLog]| -> Option<Vec<PathBuf>> {
         let path = |read: &ReadLog| {
             let log = desk.log(read.id).ok().filter(|log| log.sha256() == read.sha256)?;
+            // A session knows a log by its path alone.
+            let is_it = |other: &DeskLog| other.path != log.path || other.choice == log.choice;
+            desk.logs.iter().all(is_it).then_some(())?;
             Some(whole(&log.path))
         };
         logs.iter().map(path).collect()
@@ -95,7 +98,8 @@ fn saved(
     })
 }
 
-fn hash(model: &Model) -> Option<String> {
+/// SHA-256 of a model's text: what a comment in its file says does not count.
+pub(super) fn hash(model: &Model) -> Option<String> {
     Some(content_hash(model.emit().ok()?.as_bytes()))
 }
 

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::act::Act;
+use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Role, SearchInputs, SearchState};
+use super::error::ChangedModel;
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedModel};
 use super::{ActError, WorkbenchError, by_hand, guesses, kept};
@@ -18,6 +20,7 @@ pub(super) fn lay_log(
     desk: &mut Desk,
     path: PathBuf,
     role: Role,
+    choice: Choice,
     saved: Option<(String, Option<DeskMapping>)>,
 ) {
     // By the path that a command would have: a model's ladder names its logs by it.
@@ -31,6 +34,7 @@ pub(super) fn lay_log(
         path,
         typed,
         role,
+        choice,
         remembered,
         content,
         compared: None,
@@ -58,16 +62,21 @@ pub(super) fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
 pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Result<(), WorkbenchError> {
     for log in saved.logs {
         match places.file(&log.path) {
-            Ok(path) => lay_log(desk, path, log.role, Some((log.sha256, log.mapping))),
+            Ok(path) => lay_log(desk, path, log.role, log.choice, Some((log.sha256, log.mapping))),
             Err(error) => desk.notices.push(explained(&error)),
         }
     }
-    for SavedModel { file, model, shown } in saved.models {
+    for SavedModel { file, sha256, model, shown } in saved.models {
         let (model, origin) = match (file, model) {
             (Some(file), _) if file.as_os_str() == "paper" => continue,
             // One that has gone does not take the rest of the session with it.
             (Some(file), _) => match session::open_model(&file) {
-                Ok(model) => (model, self::file(&file)),
+                Ok(model) => {
+                    if sha256.is_some() && sha256 != kept::hash(&model) {
+                        desk.notices.push(ChangedModel(file.display().to_string()).to_string());
+                    }
+                    (model, self::file(&file))
+                }
                 Err(error) => {
                     desk.notices.push(explained(&error));
                     continue;
@@ -102,6 +111,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
             desk.logs.retain(|it| it.id != log);
             desk.look_anew();
         }
+        Act::OpenPart { log, part } => open_part(desk, log, part)?,
         Act::Role { log, role } => desk.log_mut(log)?.role = role,
         Act::Show { model, shown } => {
             desk.model_mut(model)?.shown = shown;
@@ -139,6 +149,21 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
         | Act::Try { .. }
         | Act::Recalibrate => {}
     }
+    Ok(())
+}
+
+/// What was opened becomes one of the logs of its file, by the name that a command would have.
+fn open_part(desk: &mut Desk, id: u64, part: usize) -> Result<(), ActError> {
+    let log = desk.log_mut(id)?;
+    let is_there = matches!(&log.content, LogContent::Parts(parts) if parts.iter().any(|it| it.0 == part));
+    if !is_there {
+        return Err(ActError::NoPart(log.typed.clone(), part));
+    }
+    let mut named = std::mem::take(&mut log.path).into_os_string();
+    named.push(format!("#{part}"));
+    log.path = named.into();
+    log.typed = log.path.display().to_string();
+    log.content = LogContent::Opening;
     Ok(())
 }
 

@@ -15,6 +15,7 @@ mod answers;
 mod assets;
 mod bands;
 mod by_hand;
+mod choice;
 mod chunks;
 mod columns;
 mod curves;
@@ -32,18 +33,20 @@ mod live;
 mod margins;
 mod places;
 mod plots;
+mod reading;
 mod routes;
 mod saved;
 mod search;
 mod server;
 mod shown;
+mod signals;
 #[cfg(test)]
 mod tests;
 pub mod thresholds;
 mod view;
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
@@ -75,21 +78,24 @@ pub struct WorkbenchConfig {
     pub port: u16,
 }
 
-/// Serves the page until `cancel` is requested. `ready` hears the address, with its token, as soon as a browser may open it.
+/// Serves the page until `cancel` is requested. `ready` hears the address, with its token, as soon as a browser may open it;
+/// what it returns is dropped when that address was opened, or at the end.
 ///
 /// # Errors
 /// [`WorkbenchError`] when the port is taken, or what the configuration names cannot be opened.
-pub fn serve(
+pub fn serve<Shown: Send + 'static>(
     config: &WorkbenchConfig,
     cancel: &Cancel,
-    ready: impl FnOnce(&str),
+    ready: impl FnOnce(&str) -> Shown,
 ) -> Result<(), WorkbenchError> {
     let engine = open(config)?;
     let listener = server::listen(config.port)?;
     let port = listener.local_addr().map_err(WorkbenchError::System)?.port();
     let door = Door::new(port)?;
-    ready(&door.address());
-    let served = server::run(listener, door, &engine, cancel);
+    let shown = Mutex::new(Some(ready(&door.address())));
+    let opened = Arc::new(move || drop(shown.lock().unwrap_or_else(PoisonError::into_inner).take()));
+    let served = server::run(listener, (door, Arc::clone(&opened) as _), &engine, cancel);
+    opened();
     engine.end();
     served
 }

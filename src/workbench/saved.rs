@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
+use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, Origin, Role};
 use super::kept::{self, SavedAnswer};
@@ -46,6 +47,9 @@ pub(super) struct SavedLog {
     /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
     pub sha256: String,
     pub role: Role,
+    /// Which part of it counts.
+    #[serde(default, skip_serializing_if = "Choice::is_all")]
+    pub choice: Choice,
     /// What its columns mean, of a foreign log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapping: Option<DeskMapping>,
@@ -57,6 +61,9 @@ pub(super) struct SavedLog {
 pub(super) struct SavedModel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
+    /// SHA-256 of the model as it is written, of one in a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
     pub shown: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<Model>,
@@ -69,14 +76,18 @@ impl Saved {
             path: whole(&log.path),
             sha256: log.sha256().to_owned(),
             role: log.role,
+            choice: log.choice.clone(),
             mapping: log.mapping.as_deref().cloned(),
         });
         let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
         let models = kept.map(|it| match &it.origin {
-            Origin::File(typed) => {
-                SavedModel { file: Some(whole(Path::new(typed))), shown: it.shown, model: None }
-            }
-            _ => SavedModel { file: None, shown: it.shown, model: Some(it.model.clone()) },
+            Origin::File(typed) => SavedModel {
+                file: Some(whole(Path::new(typed))),
+                sha256: kept::hash(&it.model),
+                shown: it.shown,
+                model: None,
+            },
+            _ => SavedModel { file: None, sha256: None, shown: it.shown, model: Some(it.model.clone()) },
         });
         Self {
             version: VERSION,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::desk::{
-    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, ReadLog, Recipe, Search, SearchInputs,
+    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, ReadLog, Recipe, Role, Search, SearchInputs,
     SearchKind, SearchState,
 };
 use super::guarded::Ended;
@@ -16,7 +16,7 @@ use crate::discover::{Discovery, LawVerdict};
 use crate::identify::IdentifySettings;
 use crate::model::Model;
 use crate::report::findings::sentences;
-use crate::report::next_steps::{NextStep, Typed, next_steps};
+use crate::report::next_steps::{Typed, next_steps};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Extended, Job, Progress, SessionError};
 use crate::signal::ROTORS;
@@ -34,6 +34,8 @@ pub(super) struct SearchTask {
     by_hand: String,
     /// The files as one types them: the model, the logs to fit on, those held out.
     typed: (String, Vec<String>, Vec<String>),
+    /// What the command says of how those logs are read.
+    options: String,
 }
 
 /// A search that has begun.
@@ -63,7 +65,10 @@ impl SearchTask {
         if fit.is_empty() {
             return Err(ActError::NoLog);
         }
-        by_hand::check_mappings(desk)?;
+        by_hand::check_together(desk)?;
+        if kind == SearchKind::Identify {
+            check_rotors(desk)?;
+        }
         let open = |logs: &[ReadLog]| -> Result<Vec<Arc<OpenLog>>, ActError> {
             logs.iter().map(|log| Ok(Arc::clone(desk.log(log.id)?.open()?))).collect()
         };
@@ -86,7 +91,8 @@ impl SearchTask {
             SearchKind::Discover => by_hand::search(desk, "discover", &typed.0),
             _ => by_hand::extend(desk, &typed.0, &recipe.added, &format!("{name}.toml")),
         };
-        Ok(Self { kind, recipe, model, name, fit, held_out, by_hand, typed })
+        let options = by_hand::options_typed(desk);
+        Ok(Self { kind, recipe, model, name, fit, held_out, by_hand, typed, options })
     }
 
     /// Puts it on the desk as running.
@@ -168,10 +174,11 @@ impl SearchTask {
 
     fn answer(&self, desk: &mut Desk, diagnosis: Diagnosis) {
         let (model, fit, held_out) = &self.typed;
-        let next = next_steps(&diagnosis, model, (fit, held_out), &Typed::default());
-        let next: Vec<String> = next.iter().map(NextStep::text).collect();
+        let words = |logs: &[String]| logs.iter().map(|log| by_hand::quoted(log)).collect::<Vec<_>>();
+        let options = Typed { logs: self.options.clone(), ..Typed::default() };
+        let next = next_steps(&diagnosis, &by_hand::quoted(model), (&words(fit), &words(held_out)), &options);
         desk.done.push(self.by_hand.clone());
-        let shown = Arc::new(answers::of_diagnosis(&diagnosis, next));
+        let shown = Arc::new(answers::of_diagnosis(&diagnosis, &next));
         desk.answered = Some(Answered { of: self.recipe.of.clone(), shown });
     }
 
@@ -208,5 +215,14 @@ impl SearchTask {
             desk.done.push(self.by_hand.clone());
         }
         desk.look_anew();
+    }
+}
+
+/// Refuses chosen rotors: `identify --rotors` keeps their numbers, which a log of chosen ones no longer has.
+fn check_rotors(desk: &Desk) -> Result<(), ActError> {
+    let mut fitted = desk.logs.iter().filter(|log| log.role != Role::Look);
+    match fitted.find(|log| !log.choice.rotors.is_empty()) {
+        Some(log) => Err(ActError::ChosenRotors(log.typed.clone())),
+        None => Ok(()),
     }
 }

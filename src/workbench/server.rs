@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
-use axum::http::header::{LOCATION, SET_COOKIE};
+use axum::http::header::{CONTENT_TYPE, REFRESH, SET_COOKIE};
 use axum::http::{Request, Response, StatusCode};
 use axum::response::Response as Answer;
 use hyper::body::Incoming;
@@ -35,16 +35,19 @@ pub(super) fn listen(port: u16) -> Result<TcpListener, WorkbenchError> {
     Ok(listener)
 }
 
-/// Serves until `cancel` is requested.
+/// What is done when the first address was opened.
+pub(super) type Opened = Arc<dyn Fn() + Send + Sync>;
+
+/// Serves until `cancel` is requested; `opened` hears of it when the address with the token was opened.
 pub(super) fn run(
     listener: TcpListener,
-    door: Door,
+    (door, opened): (Door, Opened),
     engine: &Arc<Engine>,
     cancel: &Cancel,
 ) -> Result<(), WorkbenchError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(WorkbenchError::System)?;
-    let (house, router) = (Arc::new(door), router(Arc::clone(engine)));
+    let (house, router) = (Arc::new((door, opened)), router(Arc::clone(engine)));
     let served = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener).map_err(WorkbenchError::System)?;
         let mut guests = Guests::default();
@@ -89,10 +92,15 @@ impl Guests {
 }
 
 /// One connection.
-async fn serve(stream: tokio::net::TcpStream, door: Arc<Door>, router: Router, is_known: Arc<AtomicBool>) {
+async fn serve(
+    stream: tokio::net::TcpStream,
+    house: Arc<(Door, Opened)>,
+    router: Router,
+    is_known: Arc<AtomicBool>,
+) {
     let service = service_fn(|request: Request<Incoming>| {
-        let (door, router, is_known) = (Arc::clone(&door), router.clone(), Arc::clone(&is_known));
-        async move { Ok::<_, std::convert::Infallible>(answer(request, &door, router, &is_known).await) }
+        let (house, router, is_known) = (Arc::clone(&house), router.clone(), Arc::clone(&is_known));
+        async move { Ok::<_, std::convert::Infallible>(answer(request, &house, router, &is_known).await) }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
@@ -102,9 +110,17 @@ async fn serve(stream: tokio::net::TcpStream, door: Arc<Door>, router: Router, i
     let _ = connection.await;
 }
 
-async fn answer(request: Request<Incoming>, door: &Door, router: Router, is_known: &AtomicBool) -> Answer {
+async fn answer(
+    request: Request<Incoming>,
+    (door, opened): &(Door, Opened),
+    router: Router,
+    is_known: &AtomicBool,
+) -> Answer {
     let mut response = match door.admit(request.method(), request.uri(), request.headers()) {
-        Ok(Admission::First) => enter(door),
+        Ok(Admission::First) => {
+            opened();
+            enter(door)
+        }
         Ok(Admission::Known) => {
             is_known.store(true, Ordering::Relaxed);
             let within = Duration::from_secs(THRESHOLDS.body_within_s);
@@ -125,8 +141,11 @@ async fn answer(request: Request<Incoming>, door: &Door, router: Router, is_know
     response
 }
 
-/// The cookie, and the address without the token.
+/// The cookie, and the address without the token. The page itself goes on to it: behind a redirect the browser would take the
+/// request for that of whoever led here, a file or another program's page, and keep a strict cookie back.
 fn enter(door: &Door) -> Answer {
-    let response = Response::builder().status(StatusCode::SEE_OTHER).header(LOCATION, "/");
-    response.header(SET_COOKIE, door.cookie()).body(Body::empty()).unwrap_or_default()
+    // With an icon of its own: else the browser asks for one, which is not there.
+    let page = Body::from("<!doctype html><link rel=\"icon\" href=\"data:,\">");
+    let response = Response::builder().header(REFRESH, "0; url=/").header(CONTENT_TYPE, "text/html");
+    response.header(SET_COOKIE, door.cookie()).body(page).unwrap_or_default()
 }

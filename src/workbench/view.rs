@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::answers::{self, card};
 use super::by_hand;
-use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
+use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Search, SearchState};
 use super::guesses;
 use super::shown::ShownComparison;
 use crate::compare::Block;
@@ -82,12 +82,17 @@ pub(super) fn desk(desk: &Desk) -> Value {
 
 fn log(desk: &Desk, log: &DeskLog) -> Value {
     let mapping = log.mapping.as_ref().map(|it| &it.name);
-    let mut view = json!({ "id": log.id, "name": log.typed, "role": log.role, "mapping": mapping });
+    let mut view = json!({ "id": log.id, "name": log.typed, "role": log.role, "mapping": mapping, "choice": log.choice });
     match &log.content {
         LogContent::Opening => view["state"] = json!("opening"),
         LogContent::Guessed => {
             view["state"] = json!("guessed");
             view["guess"] = json!(log.guess.as_ref().map(|guess| guesses::view(desk, guess)));
+        }
+        LogContent::Parts(parts) => {
+            let each = parts.iter().map(|(part, seconds)| json!({ "part": part, "seconds": seconds }));
+            view["state"] = json!("parts");
+            view["parts"] = each.collect();
         }
         LogContent::Failed(why) => {
             view["state"] = json!("failed");
@@ -102,6 +107,7 @@ fn log(desk: &Desk, log: &DeskLog) -> Value {
             });
             view["state"] = json!("open");
             view["format"] = json!(open.format);
+            view["others"] = json!(others(log, open));
             view["rows"] = json!(open.log.raw().len());
             view["ends_s"] = json!(ends);
             view["channels"] = channels.collect();
@@ -117,6 +123,13 @@ fn log(desk: &Desk, log: &DeskLog) -> Value {
         view["compared"] = compared_view(compared);
     }
     view
+}
+
+/// The file of a log that holds other ones, too.
+fn others(log: &DeskLog, open: &OpenLog) -> Option<String> {
+    let (part, count) = open.part?;
+    let file = log.typed.strip_suffix(&format!("#{part}"))?;
+    (count > 1).then(|| file.to_owned())
 }
 
 /// The blocks of a log, with the error of each model.
@@ -165,8 +178,8 @@ fn compared_view(compared: &Compared) -> Value {
 type ModelBlock<'a> = (u64, &'a Block, Option<(f64, f64)>);
 
 fn block(each: &[ModelBlock]) -> Value {
-    let Some((_, first, worst_s)) = each.first() else { return Value::Null };
-    let errors = each.iter().map(|(model, block, _)| {
+    let Some((_, first, _)) = each.first() else { return Value::Null };
+    let errors = each.iter().map(|(model, block, worst_s)| {
         let error = &block.error;
         json!({
             "model": model,
@@ -174,6 +187,7 @@ fn block(each: &[ModelBlock]) -> Value {
             "fit_percent": error.fit_percent,
             "noise_floor": error.noise_floor,
             "is_noise": error.is_noise(),
+            "worst_s": worst_s,
         })
     });
     json!({
@@ -183,7 +197,6 @@ fn block(each: &[ModelBlock]) -> Value {
         "driven_by": first.driven_by,
         "run": comparison::run(first.run),
         "errors": errors.collect::<Vec<_>>(),
-        "worst_s": worst_s,
     })
 }
 

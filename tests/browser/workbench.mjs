@@ -5,9 +5,9 @@
 // `tools/browser` calls it with all three. It waits for states of the page, never for times.
 
 import { execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 import { createRequire } from "node:module";
 
 const [program, chromium, pictures] = process.argv.slice(2);
@@ -23,10 +23,11 @@ function check(holds, what) {
 const step = text => console.log("browser: " + text);
 
 // A workbench with these arguments, and its address.
-async function start(...given) {
+const start = (...given) => begin(["--no-open", ...given], process.env);
+async function begin(given, env) {
   await page.goto("about:blank");
   running?.kill("SIGINT");
-  running = spawn(program, ["workbench", "--no-open", ...given], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  running = spawn(program, ["workbench", ...given], { cwd: folder, env, stdio: ["ignore", "pipe", "inherit"] });
   return await new Promise((found, failed) => {
     let said = "";
     running.stdout.on("data", bytes => { said += bytes; if (said.includes("\n")) found(said.trim()); });
@@ -41,7 +42,7 @@ context.setDefaultTimeout(PATIENCE);
 const page = await context.newPage();
 page.on("console", message => { if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()} ${message.location().url}`); });
 page.on("pageerror", error => complaints.push("page: " + error.message));
-page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url())) complaints.push("asked for " + request.url()); });
+page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url()) && !request.url().startsWith("file://" + folder)) complaints.push("asked for " + request.url()); });
 
 const picture = name => page.screenshot({ path: join(pictures, name + ".png") });
 const drawn = () => page.locator("figure[data-block=body][data-drawn]").first().waitFor();
@@ -86,11 +87,40 @@ async function demo() {
   await picture("1-error");
 }
 
+async function opened() {
+  step("opened by the desktop: nothing that leads in is seen by others");
+  mkdirSync(join(folder, "bin"));
+  const said = join(folder, "bin", "said");
+  writeFileSync(join(folder, "bin", "xdg-open"), `#!/bin/sh\nprintf '%s\\n' "$@" >'${said}.new'\nmv '${said}.new' '${said}'\n`, { mode: 0o755 });
+  const address = await begin([], { ...process.env, HOME: folder, PATH: join(folder, "bin") + ":" + process.env.PATH });
+  while (!existsSync(said)) await page.waitForTimeout(20);
+  const [file, ...more] = readFileSync(said, "utf8").trimEnd().split("\n");
+  const token = address.split("token=")[1];
+  check(more.length === 0 && !file.includes(token), "the token is among the browser's arguments: " + file);
+  check(file.startsWith(folder) && (statSync(file).mode & 0o777) === 0o600 && (statSync(dirname(file)).mode & 0o777) === 0o700, file + " is its user's alone");
+  await context.clearCookies();
+  await page.goto("file://" + file);
+  await page.locator("figure[data-drawn]").first().waitFor();
+  check(!page.url().includes("token"), "the token stays in the address");
+  check(!existsSync(dirname(file)), "it is gone when it was used");
+  await drawn();
+}
+
 async function names() {
   step("names of all controls, and the keys");
   const bare = await page.evaluate(() => [...document.querySelectorAll("button, select, input, summary")]
     .filter(it => !(it.getAttribute("aria-label") || it.textContent.trim())).map(it => it.outerHTML));
   check(bare.length === 0, "controls without a name: " + bare.join(" "));
+  const [rate, error] = await page.locator("figure[data-block=body] canvas").evaluateAll(all => all.map(it => `${it.getAttribute("role")}: ${it.getAttribute("aria-label")}`));
+  check(/^img: body_rate_rad_s \[rad\/s\] from 0 to [0-9.]+ s\. measured: mean .*, 999 samples\. paper: mean/.test(rate), "a plot in words: " + rate);
+  check(/^img: error \[rad\/s\] .*paper: mean/.test(error), "its error in words: " + error);
+  const low = await page.locator(".chart").evaluateAll(all => all.filter(it => !(parseFloat(getComputedStyle(it).minHeight) > 100)).length);
+  check(low === 0, `${low} plots have no room before they are drawn`);
+  const fold = page.locator("#models summary").first();
+  for (const is of ["true", "false"]) {
+    await fold.click();
+    await page.locator("#models summary").first().and(page.locator(`[aria-expanded=${is}]`)).waitFor();
+  }
   await page.keyboard.press("?");
   await page.locator("dialog#keys[open]").waitFor();
   await picture("2-keys");
@@ -131,12 +161,21 @@ async function looks() {
 async function ask() {
   step("what is missing");
   // What was fitted so far is shown while it searches, and gone with the answer.
-  await page.evaluate(() => new MutationObserver(() => { window.saw ||= document.querySelector("#ask .tried")?.rows.length; })
+  await page.evaluate(() => new MutationObserver(() => {
+    window.saw ||= document.querySelector("#ask .tried")?.rows.length;
+    window.told = [...new Set([...(window.told || []), document.querySelector("#ask [role=status]").textContent])];
+  })
     .observe(document.querySelector("#ask"), { childList: true, subtree: true }));
   await page.getByRole("button", { name: "What is missing?" }).click();
   await page.locator("#verdict[data-verdict=missing_effect]").waitFor();
   check(await page.evaluate(() => window.saw) > 1, "candidates are shown as they are fitted");
+  const told = (await page.evaluate(() => window.told)).filter(Boolean);
+  check(told[0] === "Searching for what is missing" && told.at(-1).endsWith("done."), "what a screen reader is told: " + told);
   await picture("3-answer");
+  const fall = await page.locator("#fall [data-is]").evaluateAll(all => all.map(it => Number(it.dataset.value)));
+  check(fall[1] < fall[0] / 2 && fall[2] > 50 && fall[2] <= 100, "the fall of the error beside the verdict: " + fall);
+  const next = await page.locator(".next code").first().textContent();
+  check(/^rotorbench extend .* -o extended\.toml$/.test(next), "what to do next: " + next);
   step("the card of a candidate");
   const named = page.locator(".candidates summary").first();
   await named.hover();
@@ -200,14 +239,36 @@ async function exported() {
   const report = await saved(() => page.getByRole("button", { name: /save the report/ }).click(), "held_out.html");
   check(report.includes("step-1"), "the report names the model");
   const signals = await saved(() => page.getByRole("button", { name: /save the signals/ }).click(), "held_out_signals.csv");
-  check(signals.includes("modelled_body"), "the signals have the model's");
+  // Both models are drawn, and each has columns of its own.
+  for (const model of ["paper", "step-1"]) check(signals.includes(model + ".modelled_body"), "the signals have those of " + model);
+  const rowsOf = text => String(text).trimEnd().split("\n").length - 1;
+  await page.keyboard.press("+");
+  const seen = await saved(() => page.getByRole("button", { name: /save the signals/ }).click(), "held_out_signals.csv");
+  check(Math.abs(rowsOf(seen) / rowsOf(signals) - 0.5) < 0.01, `of half of the time ${rowsOf(seen)} of ${rowsOf(signals)} rows`);
+  await page.keyboard.press("a");
+  step("failure tables of the model that is worked on");
+  const fold = page.locator("figure[data-block=body]").first();
+  // What was open stays open when the plots are made anew.
+  await fold.locator("details", { hasText: "by time, frequency" }).first().evaluate(it => { it.open = true; });
+  await fold.locator("[data-table-of=step-1]").waitFor();
+  await page.getByRole("button", { name: "work on paper" }).click();
+  await page.getByText("Ladder of paper").waitFor();
+  await fold.locator("[data-table-of=paper]").waitFor();
+  await picture("4-failure-of-paper");
+  await page.getByRole("button", { name: "work on step-1" }).click();
+  await page.getByText("Ladder of step-1").waitFor();
   const drawn = await saved(() => page.getByRole("button", { name: /save a picture/ }).first().click(), "plot.png");
   check(drawn.subarray(1, 4).toString() === "PNG", "a picture");
+  writeFileSync(join(pictures, "plot.png"), drawn);
   const lines = String(await saved(() => page.getByRole("button", { name: /save a drawing/ }).first().click(), "plot.svg"));
   writeFileSync(join(pictures, "plot.svg"), lines);
   check(lines.startsWith("<svg") && !/NaN|undefined|Infinity/.test(lines), "a drawing without a hole in its numbers");
   const [points, unit] = [(lines.match(/L-?[0-9]/g) || []).length, /rad\/s\]/.test(lines)];
   check(points > 500 && unit && lines.includes("measured"), `a drawing of ${points} points, with its unit and legend`);
+  check(lines.split("time [s]").length === 3 && lines.includes("error [rad/s]"), "both plots of it, with the names of their axes");
+  // The picture is that drawing, twice as wide and high.
+  const size = ["width", "height"].map(name => 2 * Math.round(Number(new RegExp(` ${name}="([0-9.]+)"`).exec(lines)[1])));
+  check(drawn.readUInt32BE(16) === size[0] && drawn.readUInt32BE(20) === size[1], `a picture of ${drawn.readUInt32BE(16)} x ${drawn.readUInt32BE(20)}, not ${size}`);
 }
 
 async function back() {
@@ -386,6 +447,44 @@ async function columns() {
   check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
 }
 
+async function parts() {
+  step("a file with several logs, and a part of one of them");
+  const flight = readFileSync(new URL("../formats/golden/betaflight_7_1.bbl", import.meta.url));
+  writeFileSync(join(folder, "LOG.bbl"), Buffer.concat([flight.subarray(0, flight.length * 3 / 4), flight]));
+  await page.goto(await start("LOG.bbl"));
+  await page.getByRole("button", { name: "open log 1 of LOG.bbl" }).waitFor();
+  await picture("12-parts");
+  check(await page.locator("#ask-button").isDisabled(), "nothing is asked before one is chosen");
+  await page.getByRole("button", { name: "open log 2 of LOG.bbl" }).click();
+  await page.getByRole("button", { name: "show LOG.bbl#2" }).waitFor();
+  await page.locator("[data-error-of=paper]").first().waitFor();
+  const compared = await page.locator(".by-hand code").textContent();
+  check(compared.endsWith("--log 'LOG.bbl#2'"), "its name in a command: " + compared);
+  await page.getByRole("button", { name: "open a log", exact: true }).click();
+  await page.getByLabel("only these rotors").fill("two");
+  const open = async () => {
+    await page.locator("dialog#files button", { hasText: /^\// }).first().click();
+    await page.locator("dialog#files button", { hasText: "teeth_1.csv" }).click();
+  };
+  await open();
+  await page.locator(".notice", { hasText: "Rotors are numbers" }).waitFor();
+  await page.getByRole("button", { name: "dismiss the notices" }).click();
+  await page.getByRole("button", { name: "open a log", exact: true }).click();
+  await page.getByLabel("only these rotors").fill("2,1");
+  await page.getByLabel("only from this time [s]").fill("2.5");
+  await open();
+  await page.getByText("Only rotors 2, 1; from 2.5 s").waitFor();
+  await page.getByRole("button", { name: "show teeth_1.csv" }).click();
+  await drawn();
+  await picture("12-part");
+  const command = await page.locator(".by-hand code").textContent();
+  check(command.includes("--from-s 2.5 --rotors 2,1"), "what was chosen is in the command: " + command);
+  const said = JSON.parse(byHand([command], folder, "--json"));
+  const body = said.comparisons[0].blocks.find(it => it.name === "body");
+  const shown = await page.locator("figure[data-block=body] [data-error-of=paper] .number").first().getAttribute("data-value");
+  check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
+}
+
 async function grows() {
   step("a log that is being written");
   const lines = readFileSync(join(folder, "teeth_1.csv"), "utf8").trimEnd().split("\n");
@@ -439,6 +538,7 @@ async function live() {
 let failed = null;
 try {
   await demo();
+  await opened();
   await names();
   await looks();
   const effect = await ask();
@@ -451,6 +551,7 @@ try {
   await law();
   await identified();
   await columns();
+  await parts();
   await grows();
   await live();
   check(complaints.length === 0, "the browser complained:\n" + complaints.join("\n"));

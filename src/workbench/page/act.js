@@ -5,6 +5,9 @@ const progress = [];
 let revision = -1;
 export let desk = null;
 
+// Of what was found of each model, that of the one that is worked on; where it is not drawn, the first one's.
+export const ofChosen = each => each.find(it => it.model === desk?.chosen) ?? each[0];
+
 // `hear` is called with each new desk.
 export function onDesk(hear) {
   listeners.push(hear);

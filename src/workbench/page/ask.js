@@ -17,6 +17,9 @@ export function add(effects, text) {
 export const identify = properties => button("Identify this bench", () => act("identify"), {
   title: "make a model of this bench from the logs that are fitted on", ...properties, disabled: !ready() || desk.tick.search?.state === "running" });
 
+// The channel whose error the answer's effects bring down, without unit and rotor; none where nothing is named.
+export const named = () => (desk?.answered?.is_current && desk.answered.fall?.channel.split(" ")[0].replace(/_\d+(?=_|$)/, "")) || null;
+
 // Block by block, since errors of different channels are not to be compared: that of the named effects first, what is named on top.
 function ranked(answer) {
   const tried = answer.candidates.filter(it => it.validate !== null);
@@ -62,18 +65,31 @@ export function now(answer, key, whole) {
   return element("details", { "data-key": key }, element("summary", {}, `what was found of ${answer.model || "a model that is gone"} before`), whole);
 }
 
+// What the named effects do to the held-out error, in figures.
+function fall({ channel, before, after, floor, explained }) {
+  return element("p", { id: "fall" }, `Held-out error of ${channel}: `, precise(before, 4, { "data-is": "before" }), " → ", precise(after, 4, { "data-is": "after" }),
+    ", noise floor ", precise(floor, 3), "; ", precise(100 * explained, 3, { "data-is": "explained" }), " % of the squared error above the noise is explained.");
+}
+
+// A step in words, its command beneath; a session may hold one that is words alone.
+function step(it) {
+  const { words, command: typed } = it.words === undefined ? { words: it } : it;
+  return element("li", {}, words.replaceAll("`", ""), typed && command(typed));
+}
+
 function answered(answer) {
   const set = effects => element("div", { class: "row" }, add(effects),
     effects.length > 1 && button("try", () => act("try", { effects }), { "aria-label": "try " + effects.join(" + "), title: "fit them and draw it, without adding them" }));
   const whole = [
     element("p", { class: "verdict " + answer.verdict, id: "verdict", "data-verdict": answer.verdict }, answer.sentence),
+    answer.fall && fall(answer.fall),
     answer.is_of_other_bench && answer.is_current && identify({ class: "primary" }),
     answer.effects.length && answer.is_current ? set(answer.effects) : null,
     answer.verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set)),
     errors(answer.error, answer.unit), candidates(answer),
     answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, `${answer.findings.length} findings`), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
-    element("h3", {}, "What to do next"), element("ul", {}, answer.next.map(it => element("li", {}, it.replaceAll("`", "")))),
+    element("h3", {}, "What to do next"), element("ul", { class: "next" }, answer.next.map(step)),
   ];
   return now(answer, "answer before", whole);
 }
@@ -100,6 +116,6 @@ function draw() {
 
 export function build(at) {
   // The progress stays where it is: a press of its button is not lost when the desk changes.
-  at("ask").append(head, progress, body);
+  at("ask").append(head, ...progress, body);
   onDesk(draw);
 }

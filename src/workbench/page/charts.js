@@ -6,6 +6,8 @@ import { number } from "./dom.js";
 
 export const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+// [pixel] of a legend of one line.
+const LEGEND = 19;
 const FONT = "12px system-ui, sans-serif";
 
 // The name of a model's colour; the same in lists and plots, and the same when another model is closed.
@@ -37,7 +39,14 @@ function axis(side, label) {
   };
 }
 
-// spec: { host, height, unit, name, onWindow(from, to), onAll() }
+// What a plot shows, in words and numbers.
+function described({ title, name, unit }, curves, from, to) {
+  const of = ({ label, range }) => (range.samples ? `${label}: mean ${number(range.mean, 3)}, rms ${number(range.rms, 3)}, from ${number(range.least, 3)} to ${number(range.greatest, 3)}, ${range.samples} samples` : `${label}: no sample`);
+  const seen = curves.filter(it => it.range && !it.edge).map(of);
+  return [`${title || name} [${unit}] from ${number(from, 5)} to ${number(to, 5)} s`, ...seen].join(". ");
+}
+
+// spec: { host, height, unit, name (of the axis), title (where that has none), onWindow(from, to), onAll() }
 export class Chart {
   constructor(spec) {
     this.spec = spec;
@@ -45,6 +54,8 @@ export class Chart {
     this.bands = [];
     this.levels = [];
     this.plot = null;
+    // With room for its legend: what stands beneath does not jump when it is drawn.
+    spec.host.style.minHeight = `${spec.height + LEGEND}px`;
   }
 
   // curves: [{ label, tone, dashed, y, gaps, lower, x }], a band's lower edge directly before its upper one.
@@ -62,6 +73,9 @@ export class Chart {
       this.plot.setData(data, false);
       this.plot.setScale("x", { min: from, max: to });
     });
+    const { canvas } = this.plot.ctx;
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", described(this.spec, curves, from, to));
   }
 
   make(curves, data) {
@@ -199,18 +213,6 @@ export class Chart {
 
   get pixels() {
     return Math.max(Math.round(this.spec.host.clientWidth - 80), 50);
-  }
-
-  // The plot as a picture, on the page's own ground.
-  picture(then) {
-    const from = this.plot.ctx.canvas;
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [from.width, from.height];
-    const ctx = canvas.getContext("2d");
-    ctx.fillStyle = ink("paper");
-    ctx.fillRect(0, 0, canvas.width, canvas.height);
-    ctx.drawImage(from, 0, 0);
-    canvas.toBlob(then, "image/png");
   }
 
   destroy() {

@@ -1,6 +1,6 @@
 // Where the error of a block lives: at rest and in motion, over frequency, and over the channels that it depends on.
 
-import { complain, get } from "./act.js";
+import { complain, desk, get, ofChosen } from "./act.js";
 import { colourOf } from "./charts.js";
 import { element, fill, number, table } from "./dom.js";
 
@@ -35,7 +35,8 @@ export function drawing(title, curves, { log = false } = {}) {
 function content(found) {
   const overTime = found.map(it => ({ tone: colourOf(it.model), points: it.over_time }));
   const spectra = found.filter(it => it.spectrum).map(it => ({ tone: colourOf(it.model), points: it.spectrum.density }));
-  const [first] = found;
+  const first = ofChosen(found);
+  const name = desk.models.find(it => it.id === first.model)?.name || "";
   const of = first.dependences.slice(0, 3).map(dependence => {
     const curves = found.map(it => ({ tone: colourOf(it.model), points: it.dependences.find(other => other.on === dependence.on)?.curve || [] }));
     const unit = dependence.unit ? ` [${dependence.unit}]` : "";
@@ -43,7 +44,7 @@ function content(found) {
   });
   const groups = table(["modelled signal", "samples", `rms [${first.unit}]`, "share of squared error"],
     first.groups.map(it => [it.name, String(it.samples), number(it.rms, 3), number(100 * it.share, 3) + " %"]));
-  return [groups, drawing(`Error over time [s], rms in ${first.unit}`, overTime), spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }), of];
+  return [element("p", { class: "soft", "data-table-of": name }, element("span", { class: "swatch " + colourOf(first.model), "aria-hidden": "true" }), name), groups, drawing(`Error over time [s], rms in ${first.unit}`, overTime), spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }), of];
 }
 
 // A fold that asks for it when it is opened.

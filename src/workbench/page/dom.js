@@ -11,7 +11,20 @@ export function element(tag, properties = {}, ...children) {
     else made.setAttribute(name, value === true ? "" : value);
   }
   made.append(...children.flat(Infinity).filter(Boolean));
+  if (tag === "details") made.querySelector(":scope > summary")?.setAttribute("aria-expanded", "false");
   return made;
+}
+
+// A fold says whether it is open, however it was opened: `toggle` does not bubble, and is heard on its way down.
+document.addEventListener("toggle", event => {
+  if (event.target.tagName === "DETAILS") event.target.querySelector(":scope > summary")?.setAttribute("aria-expanded", String(event.target.open));
+}, true);
+
+// What a screen reader says when it changes, and nobody sees. Words that are the same again are not said again.
+export function teller() {
+  const host = element("p", { class: "said", role: "status", "aria-live": "polite" });
+  const tell = words => { if (host.textContent !== words) host.textContent = words; };
+  return { host, tell };
 }
 
 // Puts new content in place of the old, and the focus back to where it was by its `data-key`.

@@ -4,8 +4,8 @@ import { cursors } from "./cursors.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const FONT = "system-ui, sans-serif";
-// Room for a legend above each plot.
-const LEGEND = 20;
+// Room for a legend above each plot, and for the name of its axis beneath.
+const [LEGEND, NAME] = [20, 12];
 
 // Text goes in as text, never as markup.
 function node(name, attributes = {}, ...children) {
@@ -54,6 +54,8 @@ function axes(u, ink, width, height) {
     parts.push(line(0, y, width, y, ink("line")), label(-6, y + 4, up._values[index] ?? "", ink("soft"), { "text-anchor": "end" }));
   });
   parts.push(label(0, 0, up.label, ink("soft"), { "text-anchor": "middle", transform: `translate(-52 ${height / 2}) rotate(-90)` }));
+  // Beneath its end, where no tick stands.
+  parts.push(label(width, height + 28, "time [s]", ink("soft"), { "text-anchor": "end" }));
   return parts;
 }
 
@@ -76,7 +78,7 @@ function marks(u, { bands, levels }, ink, width, height) {
   }
   for (const { label: said, value } of levels) {
     const y = short(u.valToPos(value, "y"));
-    parts.push(line(0, y, width, y, ink("soft"), { "stroke-dasharray": "5 4" }), label(width - 4, y - 4, said || "", ink("soft"), { "text-anchor": "end" }));
+    parts.push(line(0, y, width, y, ink("soft"), { "stroke-dasharray": "5 4" }), label(width - 4, y - 4, said || "", ink("soft"), { "text-anchor": "end", stroke: ink("paper"), "stroke-width": 3, "paint-order": "stroke" }));
   }
   for (const { label: said, at } of cursors()) {
     const x = short(u.valToPos(at, "x"));
@@ -105,10 +107,22 @@ export function drawing(charts, title, ink) {
   let top = 24;
   const plots = seen.map((chart, number) => {
     const made = one(chart, ink, top, number);
-    top += LEGEND + chart.plot.height;
+    top += LEGEND + chart.plot.height + NAME;
     return made;
   });
   const root = node("svg", { width, height: top, viewBox: `0 0 ${width} ${top}`, "font-family": FONT },
     node("title", {}, title), node("rect", { width, height: top, fill: ink("paper") }), label(8, 16, title, ink("ink"), { "font-size": 13, "font-weight": "bold" }), plots);
   return new Blob([new XMLSerializer().serializeToString(root)], { type: "image/svg+xml" });
+}
+
+// The same as a picture (PNG) of twice as many points as it is wide.
+export async function picture(lines) {
+  const image = new Image();
+  image.src = URL.createObjectURL(lines);
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [2 * image.width, 2 * image.height];
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(image.src);
+  return await new Promise(done => canvas.toBlob(done, "image/png"));
 }

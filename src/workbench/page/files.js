@@ -5,8 +5,8 @@ import { button, element, fill, lastPart } from "./dom.js";
 
 const size = bytes => (bytes < 1e6 ? `${Math.ceil(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
 
-// Calls `open` with the path of the file that is chosen.
-export async function choose(title, open) {
+// Calls `open` with the path of the file that is chosen; `more` stands above the list.
+export async function choose(title, open, more) {
   const dialog = document.getElementById("files");
   const go = async folder => {
     let listing;
@@ -24,6 +24,7 @@ export async function choose(title, open) {
     fill(dialog,
       element("h2", { id: "files-title" }, title),
       element("p", { class: "soft" }, listing.folder || "Folders that were named when the workbench was opened:"),
+      more,
       element("div", { class: "files" }, up,
         listing.folders.map(path => button(name(path) + "/", () => go(path))),
         listing.files.map(file => button(`${name(file.path)}  (${size(file.bytes)})`, () => pick(file.path), { "data-path": file.path }))),

@@ -68,7 +68,7 @@ function answered(answer) {
 
 export function build(at) {
   const [head, body] = [element("div"), element("div")];
-  at("law").append(head, progress, body);
+  at("law").append(head, ...progress, body);
   onDesk(() => {
     // Behind the catalogue's answer: what that explains is not looked for.
     at("law").hidden = !desk.answered && !desk.discovered && desk.tick.search?.kind !== "discover";

@@ -23,16 +23,32 @@ function makePlots(columns) {
     const root = element("figure", { "aria-label": title }, element("h3", {}, title));
     const place = element("div", { class: "chart" });
     root.append(place);
-    return { own, root, chart: new Chart({ host: place, height: 130, name: "", unit: own[0].unit, onWindow: () => {}, onAll: () => {} }) };
+    return { own, root, chart: new Chart({ host: place, height: 130, name: "", title, unit: own[0].unit, onWindow: () => {}, onAll: () => {} }) };
   }).filter(Boolean);
+}
+
+// How the bench is: a live region, told when it changes and not with every look.
+const state = element("p", { id: "live-state", role: "status", "aria-live": "polite" });
+function tell(words, kind, code) {
+  if (state.textContent !== words) state.textContent = words;
+  state.className = kind;
+  if (code) state.dataset.state = code;
+  else delete state.dataset.state;
 }
 
 function said(answer) {
   const { now } = answer;
-  if (answer.why) return element("p", { class: "bad" }, answer.why);
-  if (!now?.is_running) return element("p", { class: "soft", id: "live-state" }, `No process of bench ${answer.bench} gives a sign of life: start it, and it shows here.`);
-  return [element("p", { class: "verdict", id: "live-state", "data-state": now.state }, `Bench ${answer.bench}: ${now.state}`),
-    table(["process", "per second", "late [µs]", "answered in [µs]", "skipped", "overruns"], now.processes.map(it => [it.role, number(it.rate_hz, 3), number(it.lateness_us, 3), number(it.response_us, 3), String(it.skipped), String(it.overruns)]))];
+  if (answer.why) return tell(answer.why, "bad");
+  if (!now?.is_running) return tell(`No process of bench ${answer.bench} gives a sign of life: start it, and it shows here.`, "soft");
+  tell(`Bench ${answer.bench}: ${now.state}`, "verdict", now.state);
+  return table(["process", "per second", "late [µs]", "answered in [µs]", "skipped", "overruns"], now.processes.map(it => [it.role, number(it.rate_hz, 3), number(it.lateness_us, 3), number(it.response_us, 3), String(it.skipped), String(it.overruns)]));
+}
+
+// Of a curve's values, as the server says it of those of a log.
+function rangeOf(y) {
+  const known = y.filter(it => it !== null && isFinite(it));
+  const mean = of => known.reduce((sum, it) => sum + of(it), 0) / known.length;
+  return { samples: known.length, mean: mean(it => it), rms: Math.sqrt(mean(it => it * it)), least: Math.min(...known), greatest: Math.max(...known) };
 }
 
 async function look() {
@@ -47,17 +63,17 @@ async function look() {
     if (!charts.length) {
       makePlots(answer.columns);
       fill(host, element("h2", {}, "The running bench"), element("p", { class: "soft" }, "The last minute. The page only listens: nothing on it can command, arm or stop."),
-        head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
+        state, head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
     }
     fill(head, said(answer));
     fill(foot, answer.events.length && [element("h3", {}, "The guard, newest first"), element("ul", {}, answer.events.map(it => element("li", {}, it)))]);
     const x = moments.map(([at]) => at - end);
     for (const { own, chart } of charts) {
-      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]), gaps: [] }));
+      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]), gaps: [] })).map(it => ({ ...it, range: rangeOf(it.y) }));
       if (x.length > 1) chart.draw({ x, curves, bands: [], levels: [], from: -answer.kept_s, to: 0 });
     }
   } catch {
-    fill(head, element("p", { class: "bad" }, "The server does not answer."));
+    tell("The server does not answer.", "bad");
   }
   if (!host.hidden) timer = setTimeout(look, PERIOD_MS);
 }

@@ -23,8 +23,12 @@ function doing(tick) {
 }
 
 let complaints = [];
+let noticed = "";
 function notices() {
   const all = [...(desk?.notices || []), ...complaints];
+  // What stands there already is not said once more with every change of the desk.
+  if (JSON.stringify(all) === noticed) return;
+  noticed = JSON.stringify(all);
   const dismiss = button("dismiss", () => {
     complaints = [];
     if (desk?.notices.length) act("read");

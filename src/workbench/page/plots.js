@@ -1,12 +1,13 @@
 // The plots of one log: each block measured and modelled, its error beneath; all of them over the same time.
 
-import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
+import { complain, desk, get, ofChosen, onDesk, save, saveBlob } from "./act.js";
 import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { against } from "./against.js";
+import { named } from "./ask.js";
 import { onBeside, others } from "./beside.js";
 import { details } from "./details.js";
-import { drawing } from "./drawing.js";
+import { drawing, picture } from "./drawing.js";
 import { columns } from "./guess.js";
 import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
 
@@ -58,16 +59,20 @@ export function pan(share) {
   look(from + share * (to - from), to + share * (to - from));
 }
 export const cursor = name => place(name, seen());
+// Where the model that is worked on fails most.
 export function worst() {
-  const block = blocks()[0];
-  if (block?.worst_s) look(...block.worst_s);
+  const over = block => { const it = ofChosen(block.errors); return block.name === "chain" ? -1 : it.rms / it.noise_floor; };
+  const [block] = [...(current()?.compared?.blocks || [])].sort((a, b) => over(b) - over(a));
+  const at = block && ofChosen(block.errors).worst_s;
+  if (at) look(...at);
 }
 const seen = () => span || current()?.ends_s || [0, 1];
 
-// The blocks, the one farthest over its noise floor first; the chain is no block of its own.
+// The blocks, what the answer names first, then the one farthest over its noise floor; the chain is no block of its own.
 function blocks() {
   const over = block => Math.max(...block.errors.map(it => it.rms / it.noise_floor));
-  const rank = block => (block.name === "chain" ? -1 : over(block));
+  const isNamed = block => block.name !== "sensors" && block.signal.replace(/_\d+(?=_|$)/, "") === named();
+  const rank = block => (block.name === "chain" ? -1 : over(block) + (isNamed(block) ? 1e9 : 0));
   return [...(current()?.compared?.blocks || [])].sort((a, b) => rank(b) - rank(a));
 }
 
@@ -81,10 +86,12 @@ class Figure {
       const host = element("div", { class: "chart" });
       return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
     });
-    const picture = button("picture", () => this.charts[0].chart.picture(blob => saveBlob(blob, "plot.png")), { class: "quiet", "aria-label": "save a picture of " + title });
-    const lines = button("SVG", () => saveBlob(drawing(this.charts.map(it => it.chart), title, ink), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
+    // Just come into view, it may not be drawn yet.
+    const whole = async () => (this.stale && await this.refresh(true), drawing(this.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink));
+    const png = button("picture", async () => saveBlob(await picture(await whole()), "plot.png"), { class: "quiet", "aria-label": "save a picture of " + title });
+    const lines = button("SVG", async () => saveBlob(await whole(), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
     this.root = element("figure", { "aria-label": title },
-      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture, lines), under), this.charts.map(it => it.host));
+      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), png, lines), under), this.charts.map(it => it.host));
     this.range = element("div");
     this.root.append(this.range);
     this.measure();
@@ -99,9 +106,9 @@ class Figure {
     rangeTable(this.range, { log, ...this.query }, nameOf).catch(error => complain(error.message));
   }
 
-  async refresh() {
+  async refresh(unseen) {
     this.stale = true;
-    if (!this.visible) return;
+    if (!this.visible && !unseen) return;
     this.stale = false;
     const number = ++this.asked;
     const [from, to] = seen();
@@ -153,7 +160,8 @@ function errors(block) {
 }
 
 function blockFigure(block) {
-  const levels = [{ label: "noise floor", value: block.errors[0].noise_floor }, { label: "", value: -block.errors[0].noise_floor }];
+  const { noise_floor } = ofChosen(block.errors);
+  const levels = [{ label: "noise floor", value: noise_floor }, { label: "", value: -noise_floor }];
   const parts = [
     { kinds: ["measured", "modelled"], name: block.signal, unit: block.unit, height: 200 },
     { kinds: ["error"], name: "error", unit: block.unit, height: 120, levels },
@@ -195,7 +203,8 @@ function bar(it) {
     button("A", () => cursor("A"), { "aria-label": "cursor A" }), button("B", () => cursor("B"), { "aria-label": "cursor B" }),
     button("A B off", clear, { "aria-label": "cursors off" }), pick,
     button("report", () => save({ what: "report", id: it.id }), { class: "quiet", "aria-label": "save the report of " + it.name }),
-    button("CSV", () => save({ what: "signals", id: it.id }), { class: "quiet", "aria-label": "save the signals of " + it.name }));
+    button("CSV", () => save({ what: "signals", id: it.id, ...(span ? { from: span[0], to: span[1] } : {}) }), {
+      class: "quiet", "aria-label": "save the signals of " + it.name, title: "what is seen: these times, every channel and every model that is drawn" }));
 }
 
 // Draws anew what has changed: other blocks or models are other plots.
@@ -215,9 +224,10 @@ function update(force) {
     // One that was just confirmed is waited for.
     if (next && !desk.logs.some(it => it.id === log && it.state === "opening")) return show(next.id);
     none();
-    return fill(middle, element("p", { class: "soft" }, desk?.logs.some(it => it.state === "opening") ? "Being read ..." : "Open a log to see it here."));
+    const waits = state => desk?.logs.some(it => it.state === state);
+    return fill(middle, element("p", { class: "soft" }, waits("opening") ? "Being read ..." : waits("parts") ? "Choose one of the logs of the file." : "Open a log to see it here."));
   }
-  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);
+  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.chosen, named(), desk.models.map(it => [it.id, it.name, it.is_tried])]);
   if (signature === built && force !== true) {
     // More of it was read.
     if (rows !== it.sha256) refresh();
@@ -234,7 +244,7 @@ function update(force) {
   middle.scrollTop = top;
 }
 
-const refresh = () => figures.forEach(figure => figure.refresh());
+const refresh = () => figures.forEach(figure => figure.refresh(false));
 
 export function build(at) {
   middle = at("middle");

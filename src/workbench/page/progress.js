@@ -1,7 +1,7 @@
 // A search while it runs, and how it ended.
 
 import { act, desk, onTick } from "./act.js";
-import { button, element, fill, number, table } from "./dom.js";
+import { button, element, fill, number, table, teller } from "./dom.js";
 
 const KINDS = {
   identify: "Identifying the bench",
@@ -28,22 +28,34 @@ function state(search) {
   }
 }
 
-// An element that shows the newest search, where it is one of these kinds. It stays the same element: a search that goes on
-// keeps its button.
+// The same for the ear: not each tenth of a second.
+function words(search) {
+  switch (search.state) {
+    case "running": return KINDS[search.kind] + (search.leading.length ? `, leading: ${search.leading.join(" + ")}` : "");
+    case "cancelled": return "Cancelled; nothing has changed.";
+    case "failed": return search.why;
+    default: return KINDS[search.kind] + ": done.";
+  }
+}
+
+// Elements that show and say the newest search, where it is one of these kinds. They stay the same: a search that goes on keeps
+// its button.
 export function progressOf(kinds) {
   const host = element("div", { class: "progress" });
+  const told = teller();
   const hear = tick => {
     if (!tick) return;
     const search = kinds.includes(tick.search?.kind) ? tick.search : null;
     const made = search && state(search);
+    told.tell(search ? words(search) : "");
     // A button that is put anew between press and release is not pressed: while it runs only the words change.
-    const words = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
-    if (words) {
-      words.textContent = made[1].textContent;
+    const shown = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
+    if (shown) {
+      shown.textContent = made[1].textContent;
       host.lastElementChild.replaceWith(made.at(-1));
     } else fill(host, made);
   };
   onTick(hear);
   if (desk) hear(desk.tick);
-  return host;
+  return [told.host, host];
 }

@@ -53,6 +53,12 @@ fn what_is_missing_is_found_added_and_taken_back_as_by_hand() {
     let desk = it.wait_for("answered", |desk| desk["answered"].is_object());
     assert_eq!(desk["answered"]["verdict"], "missing_effect");
     let effects: Vec<String> = serde_json::from_value(desk["answered"]["effects"].clone()).expect("ids");
+    let (fall, error) = (&desk["answered"]["fall"], &desk["answered"]["error"]);
+    assert_eq!((&fall["after"], &fall["floor"]), (&error["extended"]["validate"], &error["noise_floor"]));
+    assert!(fall["before"].as_f64() > fall["after"].as_f64(), "{fall}");
+    assert!(fall["explained"].as_f64().is_some_and(|share| share > 0.9), "{fall}");
+    let next = desk["answered"]["next"][0]["command"].as_str().expect("a command");
+    assert!(next.contains(&effects[0]) && next.ends_with(" -o extended.toml"), "{next}");
     let add = json!({ "act": "add", "effects": effects }).to_string();
     assert_eq!(it.act(&add).status, 200);
     let desk = it.wait_for("added", |desk| {

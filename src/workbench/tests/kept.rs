@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::client::Running;
 use super::law::{are_open, teeth};
+use crate::model::Model;
 use crate::workbench::{WorkbenchConfig, saved};
 
 fn reopened(session: &Path) -> (Running, Value) {
@@ -86,4 +87,29 @@ fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
     let it = Running::of(WorkbenchConfig { session: Some(file), ..WorkbenchConfig::default() });
     let said = notices(&it.json("/api/desk"));
     assert_eq!(said.len(), 3, "a log that has gone, and both answers: {said:?}");
+}
+
+#[test]
+fn a_model_file_that_has_changed_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let logs = teeth(folder.path());
+    let model = folder.path().join("own.toml");
+    let text = Model::paper().emit().expect("text");
+    fs::write(&model, &text).expect("written");
+    let it = Running::of(WorkbenchConfig {
+        logs: logs[..1].to_vec(),
+        models: vec![model.clone()],
+        ..WorkbenchConfig::default()
+    });
+    it.wait_for("open", are_open);
+    let file = folder.path().join("session.toml");
+    fs::write(&file, it.get("/api/export?what=session").body).expect("written");
+    drop(it);
+    fs::write(&model, format!("# A remark.\n{text}")).expect("written");
+    assert_eq!(notices(&reopened(&file).1), [""; 0], "the same model");
+    let mut other = Model::paper();
+    other.body.inertia *= 2.0;
+    fs::write(&model, other.emit().expect("text")).expect("written");
+    let said = notices(&reopened(&file).1);
+    assert!(said.len() == 1 && said[0].contains("own.toml"), "{said:?}");
 }

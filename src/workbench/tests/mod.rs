@@ -6,4 +6,6 @@ mod columns;
 mod grows;
 mod kept;
 mod law;
+mod parts;
 mod safe;
+mod signals;

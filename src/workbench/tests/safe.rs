@@ -50,8 +50,8 @@ fn without_the_token_nothing_is_answered() {
     assert_eq!(ask(&format!("/?token={wrong}"), "").status, 403);
     assert_eq!(ask(&format!("/api/desk?token={}", it.token), "").status, 403, "the first address alone");
     let first = ask(&format!("/?token={}", it.token), "");
-    assert_eq!(first.status, 303);
-    for word in ["httponly", "samesite=strict", "location: /\r\n", &it.token] {
+    assert_eq!(first.status, 200);
+    for word in ["httponly", "samesite=strict", "refresh: 0; url=/\r\n", &it.token] {
         assert!(format!("{}\r\n", first.head).contains(word), "{word}: {}", first.head);
     }
     let page = it.get("/");

@@ -1,0 +1,101 @@
+//! Reading a log: what it is, what was found in it, and how that comes onto the desk.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::bands::Bands;
+use super::columns::{DeskMapping, Guess};
+use super::desk::{Desk, LogContent, OpenLog};
+use super::error::Changed;
+use super::guarded::Ended;
+use super::kept;
+use super::places::Stamp;
+use super::shown::ShownChannel;
+use crate::cancel::Cancel;
+use crate::report::findings::sentence;
+use crate::report::import::note_lines;
+use crate::session::{self, Job, OpenConfig, SessionError};
+
+/// What reading a log gives.
+pub(super) enum Seen {
+    Open(Box<OpenLog>),
+    Guess(Box<Guess>),
+    /// The file holds several logs, and none was chosen.
+    Parts(Vec<(usize, Option<f64>)>),
+}
+
+/// Reads a log, or guesses what its columns mean where nobody has said it.
+pub(super) fn read(
+    path: &Path,
+    mapping: Option<&DeskMapping>,
+    config: &OpenConfig,
+    cancel: &Cancel,
+) -> Result<Seen, SessionError> {
+    let job = Job::unwatched(cancel);
+    // Before it is read: what is written meanwhile is seen the next time.
+    let stamp = Stamp::of(path);
+    let opened = if let Some(mapping) = mapping {
+        session::open_mapped(path, &mapping.load()?, config, &job)
+    } else {
+        if let Some(guessed) = session::guess_columns(path, &job)? {
+            return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
+        }
+        session::open(path, config, &job)
+    };
+    let opened = match opened {
+        Err(error) => return error.parts().map(Seen::Parts).ok_or(error),
+        Ok(opened) => opened,
+    };
+    let found = opened.log.findings().map(sentence);
+    let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
+    let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
+    // Our own say themselves what they are.
+    let is_capture = opened.frames.is_some();
+    let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
+    let (format, log, part) = (opened.format, opened.log, opened.notes.part);
+    Ok(Seen::Open(Box::new(OpenLog {
+        stamp,
+        bands,
+        channels,
+        notes,
+        format,
+        is_capture,
+        takes_mapping,
+        part,
+        log,
+    })))
+}
+
+/// Puts what reading a log gave on the desk.
+pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
+    desk.looking = None;
+    // It may have been taken away meanwhile.
+    let Ok(log) = desk.log_mut(id) else { return };
+    let mut is_other = false;
+    let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
+    log.stuck = None;
+    log.content = match seen {
+        Ok(Seen::Guess(guess)) => {
+            log.guess = Some(guess);
+            LogContent::Guessed
+        }
+        Ok(Seen::Parts(parts)) => LogContent::Parts(parts),
+        Ok(Seen::Open(open)) => {
+            let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
+            is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
+            LogContent::Open(Arc::from(open))
+        }
+        // A file that is being written may end within a row.
+        Err(Ended::Failed(why)) if is_again => return log.stuck = Some(why),
+        Err(Ended::Failed(why)) => LogContent::Failed(why),
+        Err(Ended::Cancelled) => return,
+    };
+    let (name, is_failed) =
+        (log.typed.clone(), matches!(log.content, LogContent::Failed(_) | LogContent::Parts(_)));
+    if is_other {
+        desk.notices.push(Changed(name).to_string());
+    }
+    if is_other || is_failed {
+        kept::drop_of_log(desk, id);
+    }
+}
