@@ -347,6 +347,106 @@ async function wicked() {
   await wave.waitFor({ state: "detached" });
 }
 
+// A run of the emulated bench with these further options.
+function fly(name, seed, ...more) {
+  execFileSync(program, ["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03", "--seed", seed, "--sequence", seed, "-o", name, ...more],
+    { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+}
+
+// The body's plot, drawn, where others stand before it.
+async function inView() {
+  await page.locator("figure[data-block=body]").first().evaluate(it => it.scrollIntoView());
+  await drawn();
+}
+
+async function rotor() {
+  step("an effect of the rotors, named and added; its plots first");
+  for (const seed of ["1", "2"]) fly(`dead_${seed}.csv`, seed, "--duration", "20", "--hide", "command_dead_zone");
+  await page.goto(await start("dead_1.csv", "dead_2.csv"));
+  await inView();
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  await page.locator("#verdict[data-verdict=missing_effect]").waitFor();
+  const effect = await page.locator("button[data-add]").first().getAttribute("data-add");
+  check(effect === "command_dead_zone", "named is " + effect);
+  await page.locator("#middle").evaluate(it => { it.scrollTop = 0; });
+  await page.locator("figure").first().and(page.locator("[data-block^=actuator][data-drawn]")).waitFor();
+  check((await page.locator("#fall").textContent()).includes("propeller_rate_rad_s"), "the error of the rotors beside the verdict");
+  await page.locator("button[data-add]").first().click();
+  await page.locator("[data-rung=command_dead_zone]").waitFor();
+  await page.locator("[data-error-of=step-1]").first().waitFor();
+  for (const block of ["actuator_1", "actuator_2"]) {
+    const errors = page.locator(`figure[data-block=${block}] .errors .number`);
+    const [from, to] = await errors.evaluateAll(all => all.map(it => Number(it.dataset.value)));
+    check(to < from / 2, `${block}: in view the error falls from ${from} to ${to}`);
+  }
+  await page.locator("#middle").evaluate(it => { it.scrollTop = 0; });
+  await page.locator("figure").first().and(page.locator("[data-drawn]")).waitFor();
+  await picture("13-rotor");
+}
+
+async function marked() {
+  step("a model with markup for a name");
+  const mark = "<img src=x onerror=window.wicked=2>";
+  const paper = String(await saved(() => page.getByRole("button", { name: "save model paper" }).click(), "paper.toml"));
+  writeFileSync(join(folder, "marked.toml"), paper.replace(/^name = .*$/m, `name = "${mark}"`));
+  await page.goto(await start("dead_1.csv", "--model", "marked.toml"));
+  await inView();
+  check((await texts("li[data-model] .name")).includes(mark), "its name is shown as it is");
+  await page.locator(".u-legend").first().getByText(mark).waitFor();
+  check((await page.locator("figure canvas").first().getAttribute("aria-label")).includes(mark), "its name is said as it is");
+  await page.locator("figure[data-block=body]").first().getByText("by time, frequency and operating point").click();
+  await page.locator("figure[data-block=body] [data-table-of]").first().waitFor();
+  const lines = String(await saved(() => page.getByRole("button", { name: /save a drawing of body/ }).first().click(), "plot.svg"));
+  check(lines.includes("&lt;img src=x") && !lines.includes("<img"), "its name is text in a drawing");
+  const report = String(await saved(() => page.getByRole("button", { name: /save the report/ }).click(), "dead_1.html"));
+  check(!report.includes("<img src=x"), "its name is text in a report");
+  check(await page.locator("img").count() === 0 && !(await page.evaluate(() => window.wicked)), "markup in a model's name has become an element");
+  await picture("14-marked");
+}
+
+async function hole() {
+  step("a log with a hole, whose band is drawn");
+  const [head, ...lines] = readFileSync(join(folder, "dead_1.csv"), "utf8").trimEnd().split("\n");
+  const kept = lines.filter(line => { const at = Number(line.split(",")[0]); return at < 8 || at > 12; });
+  writeFileSync(join(folder, "hole.csv"), [head, ...kept].join("\n") + "\n");
+  await page.goto(await start("hole.csv"));
+  await inView();
+  await picture("15-hole");
+  const body = page.locator("figure[data-block=body]").first();
+  // The colour of the plot's ground within the band, and beside it.
+  const [within, beside] = await body.locator("canvas").first().evaluate(canvas => {
+    const over = canvas.parentElement.querySelector(".u-over");
+    const [left, top] = [over.offsetLeft, over.offsetTop + 3].map(it => it * devicePixelRatio);
+    const { data } = canvas.getContext("2d").getImageData(left, top, over.clientWidth * devicePixelRatio, 1);
+    const at = share => { const pixel = 4 * Math.round(share * data.length / 4); return [...data.slice(pixel, pixel + 4)].join(); };
+    return [at(10 / 20), at(16 / 20)];
+  });
+  check(within !== beside, `the ground within a hole: ${within}, beside it: ${beside}`);
+  const drawing = String(await saved(() => body.getByRole("button", { name: /save a drawing/ }).click(), "plot.svg"));
+  const bands = [...drawing.matchAll(/<rect x="([0-9.]+)" [^>]*width="([0-9.]+)"[^>]*><title>hole<\/title>/g)];
+  const whole = Number(/<clipPath[^>]*><rect width="([0-9.]+)"/.exec(drawing)[1]);
+  check(bands.length === 2, `${bands.length} bands of a hole, one in each plot`);
+  for (const [, from, width] of bands) {
+    const [begin, length] = [20 * from / whole, 20 * width / whole];
+    check(Math.abs(begin - 8) < 0.1 && Math.abs(length - 4) < 0.1, `a band from ${begin} s, ${length} s long`);
+  }
+}
+
+async function longSearch() {
+  step("a long search is cancelled, and leaves all as it was");
+  fly("long.csv", "7", "--duration", "900", "--hide", "command_dead_zone", "--hide", "gravity_pendulum");
+  await page.goto(await start("long.csv"));
+  await inView();
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  // It is at work, and not about to begin.
+  await page.locator("#ask .tried").waitFor();
+  await picture("16-long-search");
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText(/^Cancelled after/).waitFor();
+  check(await page.locator("#verdict").count() === 0 && await page.locator("li[data-model]").count() === 1, "a cancelled search has changed something");
+  check(!(await page.locator("#ask-button").isDisabled()), "it can be asked again");
+}
+
 // A bench whose pivot has teeth, which no effect of the catalogue is; its logs, in our words and in those of another program.
 function teeth() {
   writeFileSync(join(folder, "teeth.toml"), `[emulator.plant]\nclamped = false\n[[emulator.hidden]]\neffect = "teeth"\nsite = "torque"\n` +
@@ -481,7 +581,7 @@ async function parts() {
   check(command.includes("--from-s 2.5 --rotors 2,1"), "what was chosen is in the command: " + command);
   const said = JSON.parse(byHand([command], folder, "--json"));
   const body = said.comparisons[0].blocks.find(it => it.name === "body");
-  const shown = await page.locator("figure[data-block=body] [data-error-of=paper] .number").first().getAttribute("data-value");
+  const shown = await page.getByRole("figure", { name: `body: ${body.signal}`, exact: true }).locator("[data-error-of=paper] .number").getAttribute("data-value");
   check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
 }
 
@@ -548,6 +648,10 @@ try {
   await second();
   await cancelled();
   await wicked();
+  await rotor();
+  await marked();
+  await hole();
+  await longSearch();
   await law();
   await identified();
   await columns();
