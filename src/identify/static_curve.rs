@@ -20,9 +20,6 @@ use crate::estimation::moments::{mean, mean_and_error};
 use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
 
-/// Commands at which a curve is asked whether it rises.
-const POINTS: usize = 100;
-
 /// How one degree did.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
@@ -204,15 +201,16 @@ pub(crate) fn simplest_rising(
 
 /// [-] the commands between which a curve of these coefficients falls, of those in `range`.
 pub(crate) fn falls(coefficients: &[f64], (low, high): (f64, f64)) -> Option<(f64, f64)> {
-    let at = |point: usize| low + (high - low) * point as f64 / POINTS as f64;
+    let points = THRESHOLDS.curve_points;
+    let at = |point: usize| low + (high - low) * point as f64 / points as f64;
     let curve = |point: usize| at(point) * polynomial(coefficients, at(point));
-    let least = THRESHOLDS.falling_curve_share * (curve(POINTS) - curve(0)).abs();
+    let least = THRESHOLDS.falling_curve_share * (curve(points) - curve(0)).abs();
     let mut top = 0;
-    for point in 1..=POINTS {
+    for point in 1..=points {
         if curve(point) >= curve(top) {
             top = point;
         } else if curve(top) - curve(point) > least {
-            let last = (point..POINTS).find(|next| curve(next + 1) >= curve(*next)).unwrap_or(POINTS);
+            let last = (point..points).find(|next| curve(next + 1) >= curve(*next)).unwrap_or(points);
             return Some((at(top), at(last)));
         }
     }

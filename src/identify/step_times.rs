@@ -10,9 +10,6 @@ use crate::estimation::quantile::median;
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
-/// [-] of a step that a first-order lag has gone after its time constant.
-const RISEN: f64 = 0.632;
-
 /// Why a pole is none: the steps are over long before it would have them.
 pub(crate) fn contradicts(rotors: &[RotorLog], pole: &Estimate) -> Option<Finding> {
     let times: Vec<f64> = rotors.iter().flat_map(step_times).collect();
@@ -20,7 +17,7 @@ pub(crate) fn contradicts(rotors: &[RotorLog], pole: &Estimate) -> Option<Findin
         return None;
     }
     let typical = median(times.iter().copied())?;
-    (pole.value * typical * THRESHOLDS.step_time_factor < 1.0).then(|| {
+    (pole.value * typical < THRESHOLDS.least_pole_time).then(|| {
         let found = Finding::new("pole_contradicts_steps", "pole").with("pole_rad_s", pole.value);
         found.with("steps", times.len()).with("risen_after_s", typical)
     })
@@ -47,7 +44,7 @@ fn step_time(rotor: &RotorLog, before: Range<usize>, behind: Range<usize>) -> Op
         rows.map(|row| rotor.rate[row]).filter(|rate| rate.is_finite()).collect()
     };
     let middle = behind.start + behind.len() / 2;
-    let three_quarters = behind.start + 3 * behind.len() / 4;
+    let three_quarters = behind.start + (THRESHOLDS.level_end_share * behind.len() as f64) as usize;
     let (old, half, end) = (
         rates(before.start + before.len() / 2..before.end),
         rates(middle..three_quarters),
@@ -65,7 +62,7 @@ fn step_time(rotor: &RotorLog, before: Range<usize>, behind: Range<usize>) -> Op
         return None;
     }
     let begin = *rotor.time.get(behind.start)?;
-    let risen = behind.clone().find(|row| (rotor.rate[*row] - from) / step >= RISEN)?;
+    let risen = behind.clone().find(|row| (rotor.rate[*row] - from) / step >= THRESHOLDS.risen_share)?;
     Some(rotor.time[risen] - begin)
 }
 

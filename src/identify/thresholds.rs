@@ -5,8 +5,14 @@ crate::thresholds! {
     slowest_pole: f64 = 0.3, "rad/s", "judgement";
     /// count: steps whose time is read off them that may speak against a pole, at least.
     fewest_step_times: usize = 5, "count", "judgement";
-    /// [-] how many times slower than the steps themselves a pole is none: a second lag, a dead time and other levels' poles stay within.
-    step_time_factor: f64 = 0.3, "-", "judgement";
+    /// [-] of a step that counts as most of its way: a first-order lag has gone it after its time constant.
+    risen_share: f64 = 0.632, "-", "1 - 1/e";
+    /// [-] pole times that time below which it is none: of a first-order lag it is 1, a dead time or a second lag make it more.
+    least_pole_time: f64 = 0.5, "-", "judgement";
+    /// [-] part of a level behind which the rate counts as at rest.
+    level_end_share: f64 = 0.75, "-", "judgement";
+    /// count: commands at which a curve is asked whether it rises.
+    curve_points: usize = 100, "count", "judgement";
     /// count: rates on each side of a step that a level needs, at least.
     fewest_level_rates: usize = 3, "count", "judgement";
     /// Times its scatter at rest that a step must go.

@@ -1,12 +1,10 @@
 //! What the browser saves: nothing of it is written here.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use serde::Deserialize;
-
 use super::ActError;
-use super::desk::{Desk, DeskLog, OpenLog};
+use super::desk::{Desk, OpenLog};
+use super::download::{Download, ExportQuery, stem};
 use super::guesses;
 use super::places::plain;
 use super::saved::Saved;
@@ -15,28 +13,6 @@ use super::signals::Signals;
 use crate::model::ModelError;
 use crate::report::comparison;
 use crate::session::SessionError;
-
-/// A file for the browser.
-#[derive(Debug)]
-pub(super) struct Download {
-    /// A plain name: letters, digits, `-`, `_` and `.`.
-    pub name: String,
-    pub kind: &'static str,
-    pub text: String,
-}
-
-/// What is asked for.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ExportQuery {
-    /// `model`, `report`, `signals`, `mapping`, `session`.
-    pub what: String,
-    /// Number of the log or of the model.
-    pub id: Option<u64>,
-    /// [s] the part of the time that is seen, of `signals`; all of it.
-    pub from: Option<f64>,
-    pub to: Option<f64>,
-}
 
 /// What a file is made of: taken from the desk under its lock, made without it.
 pub(super) enum ExportTask {
@@ -98,11 +74,6 @@ impl OfLog {
         let (compared, found) = found.ok_or(ActError::Nothing("no model was compared with this log"))?;
         Ok(Self { stem: stem(log), content: Arc::clone(&compared.content), found: Arc::clone(found) })
     }
-}
-
-pub(super) fn stem(log: &DeskLog) -> String {
-    let stem = Path::new(&log.typed).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    plain(&stem.unwrap_or_default())
 }
 
 fn model(desk: &Desk, id: u64) -> Result<Download, ActError> {

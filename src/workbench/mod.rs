@@ -22,6 +22,7 @@ mod curves;
 mod demo;
 mod desk;
 mod door;
+mod download;
 mod engine;
 mod error;
 mod export;

@@ -21,8 +21,9 @@ use serde_json::{Value, json};
 
 use super::act::Act;
 use super::against::{AgainstQuery, AgainstTask};
+use super::download::ExportQuery;
 use super::engine::Engine;
-use super::export::{ExportQuery, ExportTask};
+use super::export::ExportTask;
 use super::margins::margins_of;
 use super::plots::{PlotQuery, PlotTask, failure};
 use super::thresholds::THRESHOLDS;

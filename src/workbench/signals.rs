@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::ActError;
 use super::desk::{Desk, OpenLog};
-use super::export::{Download, ExportQuery, stem};
+use super::download::{Download, ExportQuery, stem};
 use super::places::plain;
 use super::shown::ShownComparison;
 use crate::log::csv::{self, LogError};
