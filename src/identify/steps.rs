@@ -230,10 +230,12 @@ impl Work<'_> {
                 let fitted = Finding::new("thrust_fitted", "thrust_coefficient");
                 self.note(STEP, true, fitted.with("samples", thrust.samples));
             }
-            None => match self.findings.pop_if(|found| found.code == "thrust_falls_with_rate") {
-                Some(why) => self.note(STEP, false, why),
-                None => self.lacks(STEP, "no_thrust"),
-            },
+            None => {
+                match self.findings.last().filter(|found| found.code == "thrust_falls_with_rate").cloned() {
+                    Some(why) => self.note(STEP, false, why),
+                    None => self.lacks(STEP, "no_thrust"),
+                }
+            }
         }
     }
 
