@@ -13,7 +13,7 @@ use super::gains::{
     require_stable,
 };
 use super::parameters::PlantParameters;
-use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
+use crate::signal::{Applied, Command, CommandFlags, Reference, Sensors, StateEstimate};
 
 /// The gains of a built EMC, all dimensionless.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -226,7 +226,7 @@ impl Controller for Emc {
             torque: u * self.torque_unit,
             flags: CommandFlags::of(allocation.saturated, y.is_none(), voltage_assumed),
             controller: code::EMC,
-            estimate: Estimate {
+            estimate: StateEstimate {
                 reference_angle: reference.angle,
                 body_angle: x_1,
                 body_rate: x_2 * per_t,

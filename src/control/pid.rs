@@ -7,7 +7,7 @@ use super::controller::{Controller, code};
 use super::error::{ControlError, check_period};
 use super::fresh_readings::{AngleCorrection, FreshReadings};
 use super::parameters::PlantParameters;
-use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
+use crate::signal::{Applied, Command, CommandFlags, Reference, Sensors, StateEstimate};
 
 /// A built PID.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,7 +145,7 @@ impl Controller for Pid {
         let torque = feedback - self.known_torque(state.angle, state.rate);
         let allocation = self.allocator.allocate(torque / self.torque_slope, voltage);
 
-        let estimate = Estimate {
+        let estimate = StateEstimate {
             reference_angle: reference.angle,
             body_angle: state.angle,
             body_rate: state.rate,

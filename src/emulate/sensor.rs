@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::NANOSECONDS_PER_SECOND;
 use crate::signal::channels::sensor_table;
-use crate::signal::{Channel, Sample, Sensor, Shape};
+use crate::signal::{Channel, Multiplicity, Sample, Sensor};
 
 use super::error::EmulateError;
 
@@ -88,7 +88,7 @@ impl SensorsConfig {
         for sensor in Sensor::ALL {
             let (config, row) = (*self.of(sensor), sensor.row());
             let period_ns = config.period_ns(sensor.name())?;
-            let size = if row.shape == Shape::Rotors { 1 } else { sensor.channels().len() };
+            let size = if row.multiplicity == Multiplicity::Rotors { 1 } else { sensor.channels().len() };
             for channels in sensor.channels().chunks(size) {
                 let is_passenger = row.emulated.is_passenger;
                 devices.push(Device { config, channels, period_ns, is_passenger });

@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 
 use super::cdr::{CdrMessage, Definitions, Emitter, Field, Parser};
 use super::raw_frame::RawFrame;
-use crate::signal::{Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Request, Sample};
+use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Request, Sample, StateEstimate};
 
-/// Names the fields of a message, in order, each with its unit or meaning; a forgotten field does not compile.
+/// Names the fields of a message, in order, each with its unit or meaning; a forgotten field does not compile. In recordings a message is
+/// called as its type is, or as `as` says.
 macro_rules! message {
-    ($type:ident { $($field:ident : $kind:ty = $comment:literal),* $(,)? }) => {
+    ($type:ident $(as $name:literal)? { $($field:ident : $kind:ty = $comment:literal),* $(,)? }) => {
         impl Field for $type {
             fn type_name() -> String {
                 Self::NAME.to_owned()
@@ -30,7 +31,7 @@ macro_rules! message {
             }
         }
         impl CdrMessage for $type {
-            const NAME: &'static str = stringify!($type);
+            const NAME: &'static str = [$($name,)? stringify!($type)][0];
             fn fields_text() -> String {
                 let mut text = String::new();
                 $(
@@ -50,7 +51,7 @@ message!(Sample {
     count: u32 = "values received so far, wrapping",
     health: u32 = "bits: 1 never, 2 stale, 4 out of range, 8 not a number, 16 frozen, 32 counter",
 });
-message!(Estimate {
+message!(StateEstimate as "Estimate" {
     reference_angle: f64 = "rad",
     body_angle: f64 = "rad",
     body_rate: f64 = "rad/s",
@@ -66,7 +67,7 @@ message!(Command {
     torque: f64 = "N m",
     flags: u32 = "bits: 1 saturated, 2 sensor missing, 4 voltage assumed",
     controller: u32 = "1 EMC, 2 PID, 3 experiment",
-    estimate: Estimate = "the controller's view of its state",
+    estimate: StateEstimate = "the controller's view of its state",
 });
 message!(Applied {
     sequence: u64 = "periods of the guard from 1",

@@ -8,7 +8,7 @@ use crate::clock;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::emulate::Impulse;
 use crate::runtime::control::ControlSummary;
-use crate::signal::{ControlStep, Estimate};
+use crate::signal::{ControlStep, StateEstimate};
 
 /// Before the second run.
 pub const AGAIN: &str = "the same run, with it in the controller:";
@@ -34,7 +34,7 @@ pub fn stood_still(hold_s: f64) -> String {
 
 /// The line that is written over while the bench runs.
 #[must_use]
-pub fn live_line(bar: &str, now_s: f64, estimate: &Estimate, applied: [f64; 2]) -> String {
+pub fn live_line(bar: &str, now_s: f64, estimate: &StateEstimate, applied: [f64; 2]) -> String {
     format!(
         "{bar} {now_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
         estimate.body_angle, estimate.reference_angle, estimate.disturbance_torque, applied[0], applied[1],

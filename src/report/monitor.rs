@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Paragraph, Sparkline};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::runtime::monitor::{EVENTS, LOOK_PERIOD_MS, Process, View};
-use crate::signal::{BusStatus, Health, Sample, Sensor, Sensors, Shape, Shown};
+use crate::signal::{BusStatus, Health, MonitorRow, Multiplicity, Sample, Sensor, Sensors};
 
 /// Rows of the frame around a table.
 const FRAME: u16 = 2;
@@ -108,11 +108,12 @@ fn measured(label: &str, sample: &Sample, digits: usize, unit: &str) -> Vec<Span
     vec![label, value.red(), Span::raw(format!(" {}   ", words.join(", "))).red().bold()]
 }
 
-/// The sensors of this shape that are shown now.
-fn shown(sensors: &Sensors, shape: Shape) -> impl Iterator<Item = (Sensor, Shown)> + '_ {
-    let of_shape = Sensor::ALL.into_iter().filter(move |sensor| sensor.row().shape == shape);
+/// The sensors of this multiplicity that are shown now.
+fn shown(sensors: &Sensors, multiplicity: Multiplicity) -> impl Iterator<Item = (Sensor, MonitorRow)> + '_ {
+    let of_multiplicity =
+        Sensor::ALL.into_iter().filter(move |sensor| sensor.row().multiplicity == multiplicity);
     let is_given = |sensor: Sensor| sensor.channels().iter().any(|channel| channel.of(sensors).stamp_ns != 0);
-    of_shape
+    of_multiplicity
         .filter_map(|sensor| Some((sensor, sensor.row().monitor?)))
         .filter(move |(sensor, shown)| shown.always || is_given(*sensor))
 }
@@ -120,22 +121,22 @@ fn shown(sensors: &Sensors, shape: Shape) -> impl Iterator<Item = (Sensor, Shown
 /// A line for each sensor of the bench; the first have texts beside them.
 fn single_lines<const N: usize>(sensors: &Sensors, beside: [Span<'static>; N]) -> Vec<Line<'static>> {
     let mut beside = beside.into_iter();
-    let line = |(sensor, shown): (Sensor, Shown)| {
+    let line = |(sensor, shown): (Sensor, MonitorRow)| {
         let values = sensor.channels().iter().map(|channel| channel.of(sensors));
         let value = |sample| measured(shown.label, sample, shown.digits, sensor.unit());
         Line::from_iter(values.flat_map(value).chain(beside.next()))
     };
-    shown(sensors, Shape::Single).map(line).collect()
+    shown(sensors, Multiplicity::Single).map(line).collect()
 }
 
 /// The first sensor of a rotor with a text beside it, then the others.
 fn rotor_lines(sensors: &Sensors, rotor: usize, beside: String) -> Vec<Line<'static>> {
-    let value = |(sensor, shown): (Sensor, Shown)| {
+    let value = |(sensor, shown): (Sensor, MonitorRow)| {
         let channel = sensor.channels().get(rotor)?;
         let label = format!("{} {}", shown.label, rotor + 1);
         Some(measured(&label, channel.of(sensors), shown.digits, sensor.unit()))
     };
-    let mut values = shown(sensors, Shape::Rotors).filter_map(value);
+    let mut values = shown(sensors, Multiplicity::Rotors).filter_map(value);
     let mut first = values.next().unwrap_or_default();
     first.push(Span::raw(beside));
     let others: Vec<Span> = values.flatten().collect();

@@ -4,7 +4,7 @@
 use super::thresholds::THRESHOLDS;
 use crate::control::{AnyController, AnyState, Controller, ReferenceGenerator, ReferenceState, code};
 use crate::experiment::Experiment;
-use crate::signal::{Applied, Command, Estimate, Sensors};
+use crate::signal::{Applied, Command, Sensors, StateEstimate};
 
 /// From sensors to a command, once each period.
 #[derive(Debug, Clone)]
@@ -64,9 +64,11 @@ impl CommandSource {
                 let reference = reference.next(reference_state, applied);
                 controller.step(controller_state, sensors, &reference, applied)
             }
-            _ => {
-                Command { controller: code::EXPERIMENT, estimate: Estimate::default(), ..Command::default() }
-            }
+            _ => Command {
+                controller: code::EXPERIMENT,
+                estimate: StateEstimate::default(),
+                ..Command::default()
+            },
         };
         if let Some(experiment) = &self.experiment {
             self.excite(&mut command, experiment, state.passed);

@@ -8,7 +8,7 @@
 
 /// How many values a sensor gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum Multiplicity {
     /// One.
     Single,
     /// One device with an axis each.
@@ -21,7 +21,7 @@ pub enum Shape {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorRow {
     /// How many values it gives.
-    pub shape: Shape,
+    pub multiplicity: Multiplicity,
     /// Place of its columns among those of the sensors in a log; of equals the row above comes first.
     pub log_place: u32,
     /// Whether the log format knows it: a mapping must give its unit, and a log of lockstep holds it. Others are only exported.
@@ -33,7 +33,7 @@ pub struct SensorRow {
     /// What the emulated sensor is by default.
     pub emulated: EmulatedRow,
     /// How the monitor shows it; `None` = it does not.
-    pub monitor: Option<Shown>,
+    pub monitor: Option<MonitorRow>,
 }
 
 /// The guard's defaults of a sensor.
@@ -76,7 +76,7 @@ pub struct EmulatedRow {
 
 /// How the monitor shows a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shown {
+pub struct MonitorRow {
     /// Name for people; the number of a rotor follows it.
     pub label: &'static str,
     /// Digits behind the point.
@@ -96,13 +96,13 @@ pub(super) const fn passenger(rate_hz: f64, noise: f64, quantization: f64) -> Em
 }
 
 /// Shown from the start.
-pub(super) const fn shown(label: &'static str, digits: usize) -> Option<Shown> {
-    Some(Shown { label, digits, always: true })
+pub(super) const fn shown(label: &'static str, digits: usize) -> Option<MonitorRow> {
+    Some(MonitorRow { label, digits, always: true })
 }
 
 /// Shown from its first value on.
-pub(super) const fn shown_once_given(label: &'static str, digits: usize) -> Option<Shown> {
-    Some(Shown { label, digits, always: false })
+pub(super) const fn shown_once_given(label: &'static str, digits: usize) -> Option<MonitorRow> {
+    Some(MonitorRow { label, digits, always: false })
 }
 
 /// Calls `$with!` with the rows. Of each: what it is; its field in `Sensors`, type and [`super::Sensor`]; SI unit (as
@@ -116,7 +116,7 @@ macro_rules! sensor_table {
                 [BodyRate "body_rate" "body rate"],
                 guard(body_rate = GuardRow { required: true, range: (-20.0, 20.0), stale_after: Hold, frozen_after: Hold }),
                 SensorRow {
-                    shape: Shape::Single,
+                    multiplicity: Multiplicity::Single,
                     log_place: 4,
                     is_log_signal: true,
                     is_screened: true,
@@ -129,7 +129,7 @@ macro_rules! sensor_table {
                 [BodyAngle "body_angle" "body angle"],
                 guard(body_angle = GuardRow { required: false, range: (-3.2, 3.2), stale_after: Hold, frozen_after: Never }),
                 SensorRow {
-                    shape: Shape::Single,
+                    multiplicity: Multiplicity::Single,
                     log_place: 5,
                     is_log_signal: true,
                     is_screened: true,
@@ -146,7 +146,7 @@ macro_rules! sensor_table {
                 ],
                 guard(),
                 SensorRow {
-                    shape: Shape::Axes,
+                    multiplicity: Multiplicity::Axes,
                     log_place: 6,
                     is_log_signal: false,
                     is_screened: false,
@@ -163,7 +163,7 @@ macro_rules! sensor_table {
                 [BatteryVoltage "battery_voltage" "battery voltage"],
                 guard(battery_voltage = GuardRow { required: true, range: (6.0, 60.0), stale_after: Seconds(1.0), frozen_after: Never }),
                 SensorRow {
-                    shape: Shape::Single,
+                    multiplicity: Multiplicity::Single,
                     log_place: 0,
                     is_log_signal: true,
                     is_screened: true,
@@ -184,7 +184,7 @@ macro_rules! sensor_table {
                     frozen_after: Seconds(0.5),
                 }),
                 SensorRow {
-                    shape: Shape::Rotors,
+                    multiplicity: Multiplicity::Rotors,
                     log_place: 1,
                     is_log_signal: true,
                     is_screened: true,
@@ -205,7 +205,7 @@ macro_rules! sensor_table {
                     frozen_after: Never,
                 }),
                 SensorRow {
-                    shape: Shape::Rotors,
+                    multiplicity: Multiplicity::Rotors,
                     log_place: 3,
                     is_log_signal: true,
                     is_screened: false,
@@ -226,7 +226,7 @@ macro_rules! sensor_table {
                     frozen_after: Never,
                 }),
                 SensorRow {
-                    shape: Shape::Rotors,
+                    multiplicity: Multiplicity::Rotors,
                     log_place: 2,
                     is_log_signal: true,
                     is_screened: true,
@@ -247,7 +247,7 @@ macro_rules! sensor_table {
                     frozen_after: Never,
                 }),
                 SensorRow {
-                    shape: Shape::Rotors,
+                    multiplicity: Multiplicity::Rotors,
                     log_place: 7,
                     is_log_signal: true,
                     is_screened: false,
@@ -268,7 +268,7 @@ macro_rules! sensor_table {
                     frozen_after: Never,
                 }),
                 SensorRow {
-                    shape: Shape::Rotors,
+                    multiplicity: Multiplicity::Rotors,
                     log_place: 8,
                     is_log_signal: true,
                     is_screened: false,

@@ -25,8 +25,8 @@ pub struct Command {
     pub flags: u32,
     /// Which controller: 1 EMC, 2 PID, 3 open-loop experiment.
     pub controller: u32,
-    /// Controller's view of its state, for recording and for the report; see [`Estimate`].
-    pub estimate: Estimate,
+    /// Controller's view of its state, for recording and for the report; see [`StateEstimate`].
+    pub estimate: StateEstimate,
 }
 
 /// Bits of [`Command::flags`].
@@ -53,7 +53,7 @@ impl CommandFlags {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::Estimate")]
-pub struct Estimate {
+pub struct StateEstimate {
     /// [rad] reference angle of this step.
     pub reference_angle: f64,
     /// [rad] estimated (integrated) angle.

@@ -11,8 +11,8 @@ mod sensors;
 mod status;
 mod step;
 
-pub use channels::{After, EmulatedRow, GuardRow, SensorRow, Shape, Shown};
-pub use command::{Applied, AppliedFlags, Command, CommandFlags, Estimate, Reference, Request};
+pub use channels::{After, EmulatedRow, GuardRow, MonitorRow, Multiplicity, SensorRow};
+pub use command::{Applied, AppliedFlags, Command, CommandFlags, Reference, Request, StateEstimate};
 pub use sample::{Health, Sample};
 pub use sensors::{Channel, Sensor, Sensors};
 pub use status::{BusStatus, CycleSample, GuardEvent, Heartbeat};

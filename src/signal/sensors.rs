@@ -225,7 +225,7 @@ impl Channel {
     pub fn rotor(self) -> Option<usize> {
         let sensor = self.sensor();
         let place = sensor.channels().iter().position(|channel| *channel == self);
-        place.filter(|_| sensor.row().shape == Shape::Rotors)
+        place.filter(|_| sensor.row().multiplicity == Multiplicity::Rotors)
     }
 
     /// For people: the sensor, and the rotor it belongs to.

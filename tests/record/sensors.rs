@@ -11,7 +11,7 @@ use rotorbench::recording::{End, Record, Recorder, RecorderOptions, Recording};
 use rotorbench::runtime::lockstep::{Lockstep, Slot};
 use rotorbench::runtime::replay::Replay;
 use rotorbench::runtime::{controller_plant, record};
-use rotorbench::signal::{Channel, Sample, Sensor, Sensors, Shape};
+use rotorbench::signal::{Channel, Multiplicity, Sample, Sensor, Sensors};
 
 /// The built-in bench with every sensor there is.
 fn everything() -> BenchConfig {
@@ -53,7 +53,7 @@ fn names_are_one_to_one_and_say_their_unit() {
     }
     for sensor in Sensor::ALL {
         let values = sensor.channels().len();
-        assert_eq!(values == 1, sensor.row().shape == Shape::Single, "{}", sensor.name());
+        assert_eq!(values == 1, sensor.row().multiplicity == Multiplicity::Single, "{}", sensor.name());
         assert!([0, values].contains(&sensor.row().bus.len()), "{}", sensor.name());
     }
 }
