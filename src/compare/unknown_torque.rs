@@ -17,7 +17,7 @@ use super::thresholds::THRESHOLDS;
 use super::trace::SampleRows;
 use super::{CompareConfig, CompareError};
 use crate::effect::Site;
-use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smooth};
+use crate::estimation::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
 use crate::log::Cells;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
@@ -231,12 +231,12 @@ impl LinearSystem<4, 2> for RandomWalkTorque<'_> {
     }
 
     #[inline]
-    fn readings(&self, row: usize) -> [Reading<4>; 2] {
+    fn readings(&self, row: usize) -> [Measurement<4>; 2] {
         let Self { part, spread, .. } = self;
         let (rate, angle) = (RowVector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(1.0, 0.0, 0.0, 0.0));
         [
-            Reading { value: part.rate[row], noise: spread.gyro, of: rate },
-            Reading {
+            Measurement { value: part.rate[row], noise: spread.gyro, of: rate },
+            Measurement {
                 value: part.angle.get(row).copied().unwrap_or(f64::NAN),
                 noise: spread.angle,
                 of: angle,

@@ -1,6 +1,6 @@
 //! A user's own law: an expression in signal names and parameters, no compiler needed.
 
-use super::program::{Operation, Program, Signal};
+use super::program::{Operation, Program, ReadSignal};
 use super::{Point, Site, signals, syntax};
 use crate::signal::Sensor;
 
@@ -30,7 +30,7 @@ pub struct Expression {
 
 /// Signals an expression may name: with the unit as in a log, or without.
 #[rustfmt::skip]
-const SIGNALS: &[(&str, &str, Signal)] = &[
+const SIGNALS: &[(&str, &str, ReadSignal)] = &[
     (signals::TIME, "_s", |point| point.time),
     (signals::COMMAND, "", |point| point.command),
     (signals::BATTERY_VOLTAGE, Sensor::BatteryVoltage.suffix(), |point| point.battery_voltage),

@@ -3,7 +3,7 @@
 use super::{Point, step_response};
 
 /// Reads one signal of a point.
-pub(super) type Signal = fn(&Point) -> f64;
+pub(super) type ReadSignal = fn(&Point) -> f64;
 /// A function of one value.
 pub(super) type Unary = fn(f64) -> f64;
 /// A function of two values, the first of them beneath the second on the stack.
@@ -32,7 +32,7 @@ impl Remembering {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Operation {
     Constant(f64),
-    Signal(Signal),
+    Signal(ReadSignal),
     /// The parameter of this index.
     Parameter(usize),
     Negate,

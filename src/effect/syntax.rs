@@ -6,7 +6,7 @@ use std::str::CharIndices;
 use super::program::{Binary, Operation, Program, Remembering, Unary};
 
 /// Where something is wrong, in characters from 0, and what.
-pub(super) type Fault = (usize, String);
+pub(super) type SyntaxFault = (usize, String);
 
 /// Functions of one value.
 const UNARY: &[(&str, Unary)] = &[
@@ -67,7 +67,7 @@ enum Token {
 }
 
 /// Compiles `text`; `bind` reads the words that are signals and parameters.
-pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> Result<Compiled, Fault> {
+pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> Result<Compiled, SyntaxFault> {
     let tokens = tokens(text)?;
     if tokens.is_empty() {
         return Err((0, "it is empty".to_owned()));
@@ -90,7 +90,7 @@ pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> R
     }
 }
 
-fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Fault> {
+fn tokens(text: &str) -> Result<Vec<(usize, Token)>, SyntaxFault> {
     let mut tokens = Vec::new();
     let mut letters = text.char_indices().peekable();
     let mut column = 0;
@@ -167,7 +167,7 @@ impl Reader<'_> {
         self.compiled.program.push(operation);
     }
 
-    fn sum(&mut self) -> Result<(), Fault> {
+    fn sum(&mut self) -> Result<(), SyntaxFault> {
         self.product()?;
         while let Some(sign) = self.take("+-") {
             self.product()?;
@@ -176,7 +176,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn product(&mut self) -> Result<(), Fault> {
+    fn product(&mut self) -> Result<(), SyntaxFault> {
         self.signed()?;
         while let Some(sign) = self.take("*/") {
             self.signed()?;
@@ -185,7 +185,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn signed(&mut self) -> Result<(), Fault> {
+    fn signed(&mut self) -> Result<(), SyntaxFault> {
         self.depth += 1;
         if self.depth > DEEPEST {
             return Err((self.last(), format!("more than {DEEPEST} brackets and signs within each other")));
@@ -203,7 +203,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn power(&mut self) -> Result<(), Fault> {
+    fn power(&mut self) -> Result<(), SyntaxFault> {
         self.value()?;
         if self.take("^").is_some() {
             self.signed()?;
@@ -212,7 +212,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn value(&mut self) -> Result<(), Fault> {
+    fn value(&mut self) -> Result<(), SyntaxFault> {
         let before = self.last();
         let follows_a_sign = self.at > 0;
         match self.next() {
@@ -251,7 +251,7 @@ impl Reader<'_> {
     }
 
     /// A signal, a parameter or a constant.
-    fn word(&mut self, word: String, column: usize) -> Result<(), Fault> {
+    fn word(&mut self, word: String, column: usize) -> Result<(), SyntaxFault> {
         if let Some(operation) = (self.bind)(&word) {
             self.emit(operation);
             if !self.compiled.names.iter().any(|(name, _)| *name == word) {
@@ -270,7 +270,7 @@ impl Reader<'_> {
     }
 
     /// What stands in the bracket behind a function's name.
-    fn call(&mut self, function: &str, column: usize) -> Result<(), Fault> {
+    fn call(&mut self, function: &str, column: usize) -> Result<(), SyntaxFault> {
         let bracket = self.last();
         if function == "log" {
             return Err((column, "`log` may be either: write `ln` or `log10`".to_owned()));
@@ -301,7 +301,7 @@ impl Reader<'_> {
         self.close(bracket)
     }
 
-    fn close(&mut self, bracket: usize) -> Result<(), Fault> {
+    fn close(&mut self, bracket: usize) -> Result<(), SyntaxFault> {
         match self.tokens.get(self.at) {
             None => Err((bracket, "this bracket is never closed".to_owned())),
             Some((_, Token::Sign(')'))) => {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::moments::{mean, mean_square};
 use super::quantile::extremes;
-use super::ranks::{Cells, Ranks};
+use super::ranks::{RankCells, Ranks};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
 
@@ -123,7 +123,7 @@ fn compressed<'a>(values: &'a [f64], kept: Option<&[u32]>) -> Cow<'a, [f64]> {
 
 /// Where one bin ends and the next begins.
 struct Edges {
-    cells: Cells,
+    cells: RankCells,
     /// Values that a row of each bin but the first lies above, ascending, and the cell of each.
     edges: Vec<(usize, f64)>,
     /// Edges in all cells below each cell, and in it.

@@ -26,7 +26,7 @@ pub struct ResponsePoint {
 
 /// Input and output over one record, row by row; nothing is interpolated.
 #[derive(Debug, Clone)]
-pub(crate) struct Signals<'a> {
+pub(crate) struct InputOutput<'a> {
     /// [s] rising.
     pub time: &'a [f64],
     /// What drives the system.
@@ -40,8 +40,8 @@ pub(crate) struct Signals<'a> {
 }
 
 /// Response from input to output. Only stretches that are sampled evenly enough are used.
-pub(crate) fn response(records: &[Signals<'_>]) -> Vec<ResponsePoint> {
-    let part = |signals: &Signals<'_>, rows: Range<usize>| {
+pub(crate) fn response(records: &[InputOutput<'_>]) -> Vec<ResponsePoint> {
+    let part = |signals: &InputOutput<'_>, rows: Range<usize>| {
         (signals.input[rows.clone()].to_vec(), signals.output[rows].to_vec())
     };
     let stretches: Vec<(Vec<f64>, Vec<f64>)> = records
@@ -65,8 +65,8 @@ pub(crate) fn response(records: &[Signals<'_>]) -> Vec<ResponsePoint> {
     welch(&stretches, window, interval)
 }
 
-fn even_stretches(signals: &Signals<'_>) -> Vec<Range<usize>> {
-    let Signals { time, output, interval, .. } = signals;
+fn even_stretches(signals: &InputOutput<'_>) -> Vec<Range<usize>> {
+    let InputOutput { time, output, interval, .. } = signals;
     let mut stretches = Vec::new();
     for segment in signals.segments {
         let mut start = segment.start;

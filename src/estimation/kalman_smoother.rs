@@ -17,7 +17,7 @@ pub(crate) trait LinearSystem<const N: usize, const M: usize> {
     fn start(&self) -> Belief<N>;
 
     /// What was read at a sample.
-    fn readings(&self, sample: usize) -> [Reading<N>; M];
+    fn readings(&self, sample: usize) -> [Measurement<N>; M];
 
     /// How the state goes on to the next sample.
     fn step(&self, sample: usize) -> Transition<N>;
@@ -31,7 +31,7 @@ pub(crate) struct Belief<const N: usize> {
 }
 
 /// One reading.
-pub(crate) struct Reading<const N: usize> {
+pub(crate) struct Measurement<const N: usize> {
     /// Not-a-number = missing.
     pub value: f64,
     /// Its standard deviation.
@@ -104,7 +104,7 @@ impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N,
         let Self { system, belief, likelihood } = self;
         let before = *belief;
         let Belief { state, covariance } = belief;
-        for Reading { value, noise, of } in system.readings(sample) {
+        for Measurement { value, noise, of } in system.readings(sample) {
             if !value.is_finite() {
                 continue;
             }
@@ -226,8 +226,8 @@ mod tests {
             Belief { state: SVector::from([0.3]), covariance: SMatrix::from([[4.0]]) }
         }
 
-        fn readings(&self, sample: usize) -> [Reading<1>; 1] {
-            [Reading { value: self.read[sample], noise: NOISE, of: RowSVector::from([[1.0]]) }]
+        fn readings(&self, sample: usize) -> [Measurement<1>; 1] {
+            [Measurement { value: self.read[sample], noise: NOISE, of: RowSVector::from([[1.0]]) }]
         }
 
         fn step(&self, _sample: usize) -> Transition<1> {

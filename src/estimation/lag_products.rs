@@ -99,14 +99,14 @@ pub(crate) fn run<const M: usize>(
 }
 
 /// Scored rows laid aside, column by column.
-pub(crate) struct Block<const M: usize> {
+pub(crate) struct RowBlock<const M: usize> {
     f: [[f64; BLOCK]; M],
     d: [[f64; BLOCK]; M],
     y: [f64; BLOCK],
     rows: usize,
 }
 
-impl<const M: usize> Block<M> {
+impl<const M: usize> RowBlock<M> {
     pub(crate) const EMPTY: Self =
         Self { f: [[0.0; BLOCK]; M], d: [[0.0; BLOCK]; M], y: [0.0; BLOCK], rows: 0 };
 
@@ -122,12 +122,12 @@ impl<const M: usize> Block<M> {
 }
 
 /// Rows of `N` numbers laid aside column by column, for all products of two of them.
-pub(crate) struct Columns<const N: usize> {
+pub(crate) struct ProductColumns<const N: usize> {
     columns: [[f64; BLOCK]; N],
     rows: usize,
 }
 
-impl<const N: usize> Columns<N> {
+impl<const N: usize> ProductColumns<N> {
     pub const EMPTY: Self = Self { columns: [[0.0; BLOCK]; N], rows: 0 };
 
     pub fn push(&mut self, values: &[f64; N]) {
@@ -187,7 +187,7 @@ impl<const M: usize> Gram<M> {
     };
 
     /// Over one stretch; `block` is there to be used again, since stretches may be many and short.
-    pub fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64, block: &mut Block<M>) -> Self {
+    pub fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64, block: &mut RowBlock<M>) -> Self {
         let mut gram = Self::ZERO;
         run(record, segment, pole, |row, f, d, e, g| {
             let y = record.output[row];
@@ -213,7 +213,7 @@ impl<const M: usize> Gram<M> {
     }
 
     /// Adds the products of a block, of symmetric ones the upper half, and empties it.
-    fn take(&mut self, block: &mut Block<M>) {
+    fn take(&mut self, block: &mut RowBlock<M>) {
         let rows = block.rows;
         for i in 0..M {
             for j in 0..M {

@@ -10,20 +10,20 @@ const FEW: usize = 1 << 11;
 /// Values counted by cells.
 pub(crate) struct Ranks<'a> {
     values: &'a [f64],
-    cells: Cells,
+    cells: RankCells,
     /// Values in all cells below each.
     below: Vec<usize>,
 }
 
 /// Which cell a value lies in; a greater value never in a lower one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Cells {
+pub(crate) struct RankCells {
     low: f64,
     scale: f64,
     count: usize,
 }
 
-impl Cells {
+impl RankCells {
     fn between(low: f64, high: f64, values: usize) -> Self {
         let count = if values < FEW { 1 } else { CELLS };
         let scale = count as f64 / (high - low);
@@ -48,7 +48,7 @@ impl<'a> Ranks<'a> {
     /// Of finite values.
     pub fn of(values: &'a [f64]) -> Self {
         let (low, high) = extremes(values.iter().copied());
-        let cells = Cells::between(low, high, values.len());
+        let cells = RankCells::between(low, high, values.len());
         let mut below = vec![0; cells.count + 1];
         values.iter().for_each(|value| below[cells.of(*value) + 1] += 1);
         for cell in 0..cells.count {
@@ -57,7 +57,7 @@ impl<'a> Ranks<'a> {
         Self { values, cells, below }
     }
 
-    pub fn cells(&self) -> Cells {
+    pub fn cells(&self) -> RankCells {
         self.cells
     }
 

@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smoothed};
+use super::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smoothed};
 use super::noise_floor::SensorNoise;
 use super::thresholds::THRESHOLDS;
 
@@ -63,9 +63,9 @@ impl LinearSystem<1, 1> for Level<'_> {
     }
 
     /// The first sample is where the level starts.
-    fn readings(&self, sample: usize) -> [Reading<1>; 1] {
+    fn readings(&self, sample: usize) -> [Measurement<1>; 1] {
         let value = if sample == 0 { f64::NAN } else { self.values[sample] };
-        [Reading { value, noise: 1.0, of: [[1.0]].into() }]
+        [Measurement { value, noise: 1.0, of: [[1.0]].into() }]
     }
 
     fn step(&self, _sample: usize) -> Transition<1> {

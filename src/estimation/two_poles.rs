@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::inversion::invert;
-use super::lag_products::{Columns, Record};
+use super::lag_products::{ProductColumns, Record};
 
 /// Columns of the problem: at most five outputs, two initial states, the measurement.
 const WIDEST: usize = 8;
@@ -12,7 +12,7 @@ const WIDEST: usize = 8;
 /// `pq/((s+p)(s+q)) = (q H_p - p H_q)/(q - p)` with H first-order lags, so that the held input is solved exactly.
 pub(crate) fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f64 {
     let mut normal = DMatrix::<f64>::zeros(M + 1, M + 1);
-    let mut block = Columns::<WIDEST>::EMPTY;
+    let mut block = ProductColumns::<WIDEST>::EMPTY;
     for segment in &record.segments {
         let mut gram = products(record, segment.clone(), (slow, fast), &mut block);
         eliminate(&mut gram, M);
@@ -30,7 +30,7 @@ fn products<const M: usize>(
     record: &Record<M>,
     segment: std::ops::Range<usize>,
     (slow, fast): (f64, f64),
-    block: &mut Columns<WIDEST>,
+    block: &mut ProductColumns<WIDEST>,
 ) -> DMatrix<f64> {
     let columns = M + 3;
     let mut gram = [[0.0; WIDEST]; WIDEST];

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::autocorrelation::{lag_one_correlation, memory};
 use super::inversion::invert;
 pub use super::lag_products::Record;
-use super::lag_products::{Block, FORGOTTEN, Gram, run};
+use super::lag_products::{FORGOTTEN, Gram, RowBlock, run};
 use super::robust_errors::{blocks, widened};
 use super::thresholds::THRESHOLDS;
 use crate::threads::spread;
@@ -188,15 +188,15 @@ struct Projection<const M: usize> {
 
 /// The products of each stretch, its initial state left out; those of a long record on every core.
 fn grams<const M: usize>(record: &Record<M>, pole: f64) -> Vec<Gram<M>> {
-    let gather = |segment: &std::ops::Range<usize>, block: &mut Block<M>| {
+    let gather = |segment: &std::ops::Range<usize>, block: &mut RowBlock<M>| {
         Gram::gather(record, segment, pole, block).without_initial_state()
     };
     if record.time.len() < THRESHOLDS.parallel_residuals {
-        let mut block = Block::EMPTY;
+        let mut block = RowBlock::EMPTY;
         record.segments.iter().map(|segment| gather(segment, &mut block)).collect()
     } else {
         spread(&record.segments, |segment| {
-            let mut block = Block::EMPTY;
+            let mut block = RowBlock::EMPTY;
             gather(segment, &mut block)
         })
     }

@@ -9,7 +9,7 @@ use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::work::Work;
 use super::{IdentifiedActuator, IdentifyError};
-use crate::estimation::frequency_response::{self, Signals};
+use crate::estimation::frequency_response::{self, InputOutput};
 use crate::estimation::moments::pooled_rms;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, ModelStep, SeenRows};
 use crate::screening::duplicate_logs;
@@ -157,7 +157,7 @@ impl Work<'_> {
         self.findings.extend(idle);
         self.check_results();
         let signals = self.excited.iter().map(|rotor| signals(rotor, &actuator));
-        let response = frequency_response::response(&signals.collect::<Vec<Signals<'_>>>());
+        let response = frequency_response::response(&signals.collect::<Vec<InputOutput<'_>>>());
         self.findings.extend(validation.iter().flat_map(ScreenedLog::channel_findings).cloned());
         let mut other = rotor_logs(validation, self.settings, &mut self.findings);
         if !self.use_battery {
@@ -224,10 +224,10 @@ fn not_explained<'a>(rotors: impl Iterator<Item = &'a RotorLog>, runs: &[&Valida
 }
 
 /// From z to the measured rate, [rad/s] both.
-fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> Signals<'a> {
+fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> InputOutput<'a> {
     let voltage = |row: usize| rotor.voltage.as_ref().map(|voltage| voltage[row]);
     let z = |(row, command): (usize, &f64)| actuator.steady_rate(*command, voltage(row));
-    Signals {
+    InputOutput {
         time: &rotor.time,
         input: rotor.command.iter().enumerate().map(z).collect(),
         output: &rotor.rate,

@@ -14,7 +14,7 @@ const SAME_SPAN: f64 = 1e-9;
 
 /// Everything that moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct State {
+pub(super) struct RotorState {
     pub(super) rate: f64,
     pub(super) steady: [f64; MOST_STATES],
     pub(super) sensor: [f64; MOST_STATES],
@@ -62,7 +62,7 @@ impl Equations {
         &self,
         (input, start): (&RotorInput, &RotorStart),
         mut point: Point,
-        mut state: State,
+        mut state: RotorState,
         trace: &mut RotorTrace,
     ) {
         let mut sensor = point;
@@ -163,7 +163,13 @@ impl Equations {
 
     /// Goes through a `span` [s] of held inputs; the integral of the rate over it.
     #[inline]
-    pub(super) fn go_through(&self, state: &mut State, point: &mut Point, stride: &Stride, span: f64) -> f64 {
+    pub(super) fn go_through(
+        &self,
+        state: &mut RotorState,
+        point: &mut Point,
+        stride: &Stride,
+        span: f64,
+    ) -> f64 {
         if !self.is_lag() {
             return self.advance(state, point, stride);
         }
@@ -245,11 +251,11 @@ impl Equations {
     }
 
     /// The steady state of everything at a held point, but for what the start says.
-    pub(super) fn initial_state(&self, first: Point, start: &RotorStart) -> State {
+    pub(super) fn initial_state(&self, first: Point, start: &RotorStart) -> RotorState {
         let mut point = first;
         point.propeller_rate = start.rate.unwrap_or(first.steady_rate);
         let mut state =
-            State { rate: point.propeller_rate, steady: [0.0; MOST_STATES], sensor: [0.0; MOST_STATES] };
+            RotorState { rate: point.propeller_rate, steady: [0.0; MOST_STATES], sensor: [0.0; MOST_STATES] };
         for (at, (hook, memory_state)) in self.steady.iter().zip(&mut state.steady).enumerate() {
             if let Some(memory) = hook.memory() {
                 *memory_state = match start.before.and_then(|it| Some((*it.states.get(at)?, it.hole))) {
@@ -276,7 +282,7 @@ impl Equations {
         state
     }
 
-    pub(super) fn sensed(&self, state: &State, point: &mut Point) -> f64 {
+    pub(super) fn sensed(&self, state: &RotorState, point: &mut Point) -> f64 {
         point.propeller_rate = state.rate;
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
             point.propeller_rate += match hook.memory() {
@@ -288,7 +294,7 @@ impl Equations {
     }
 
     /// Advances every state over a span in which command and voltage hold; answers the angle turned [rad].
-    fn advance(&self, state: &mut State, point: &mut Point, stride: &Stride) -> f64 {
+    fn advance(&self, state: &mut RotorState, point: &mut Point, stride: &Stride) -> f64 {
         let (step, held) = (stride.step, point.steady_rate);
         let mut turned = 0.0;
         for _ in 0..stride.count {
@@ -309,7 +315,7 @@ impl Equations {
     }
 
     /// z at the begin, the middle and the end of a step, the memories on the way advanced.
-    fn steady_over(&self, state: &mut State, point: &mut Point, held: f64, step: f64) -> [f64; 3] {
+    fn steady_over(&self, state: &mut RotorState, point: &mut Point, held: f64, step: f64) -> [f64; 3] {
         let mut z = [held; 3];
         for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
             let Some(memory) = hook.memory() else {
@@ -348,7 +354,7 @@ impl Equations {
         runge_kutta(with_laws, rate, z, stride.step)
     }
 
-    fn advance_sensor(&self, state: &mut State, mean: &mut Point, step: f64) {
+    fn advance_sensor(&self, state: &mut RotorState, mean: &mut Point, step: f64) {
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
             mean.propeller_rate += match hook.memory() {
                 Some(memory) => {

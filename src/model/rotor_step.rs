@@ -1,7 +1,7 @@
 //! A rotor run freely step by step, beside a running bench: nothing is allocated, and a step's work is bounded.
 
 use super::equations::Equations;
-use super::rotor::State;
+use super::rotor::RotorState;
 use super::rotor_trace::{MOST_STATES, RotorStart};
 use crate::effect::Point;
 
@@ -19,7 +19,7 @@ pub struct Member {
 /// Where a [`Member`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MemberState {
-    rotor: State,
+    rotor: RotorState,
     command: [Option<f64>; MOST_STATES],
     /// [s] since it began.
     time: f64,
