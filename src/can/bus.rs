@@ -37,7 +37,7 @@ pub enum Arrival {
 
 /// Why nothing was sent or received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
+pub enum BusFault {
     /// The interface has no room: the bus is busy, or dead. The frame is dropped.
     Full,
     /// The interface is down.
@@ -80,17 +80,17 @@ pub trait Bus {
     /// See [`super::Port::receive`].
     ///
     /// # Errors
-    /// [`Fault`], once for each time the interface goes down.
-    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault>;
+    /// [`BusFault`], once for each time the interface goes down.
+    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, BusFault>;
 
     /// See [`super::Port::send`].
     ///
     /// # Errors
-    /// [`Fault`]: the frame is dropped and counted.
-    fn send(&mut self, frame: &Frame) -> Result<(), Fault>;
+    /// [`BusFault`]: the frame is dropped and counted.
+    fn send(&mut self, frame: &Frame) -> Result<(), BusFault>;
 
     /// Sends frames, as one by one; [ns] when all were out or dropped. The first fault, should there be one.
-    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<BusFault>) {
         let fault = frames.iter().fold(None, |fault, frame| fault.or(self.send(frame).err()));
         (self.now_ns(), fault)
     }
@@ -130,7 +130,7 @@ pub trait Bus {
     }
 }
 
-impl Fault {
+impl BusFault {
     /// What an error of the operating system means for a frame.
     pub(super) fn of(error: &io::Error) -> Self {
         match error.raw_os_error().unwrap_or(0) {
@@ -142,7 +142,7 @@ impl Fault {
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for BusFault {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full => formatter.write_str("the interface has no room for a frame"),
@@ -164,15 +164,15 @@ mod tests {
     }
 
     impl Bus for Refusing {
-        fn receive(&mut self, _: impl FnMut(Arrival)) -> Result<usize, Fault> {
+        fn receive(&mut self, _: impl FnMut(Arrival)) -> Result<usize, BusFault> {
             Ok(0)
         }
 
-        fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+        fn send(&mut self, _: &Frame) -> Result<(), BusFault> {
             self.sent += 1;
             match self.sent {
-                2 => Err(Fault::Full),
-                4 => Err(Fault::Down),
+                2 => Err(BusFault::Full),
+                4 => Err(BusFault::Down),
                 _ => Ok(()),
             }
         }
@@ -194,14 +194,14 @@ mod tests {
     fn frames_go_out_one_by_one_and_the_first_fault_is_told() {
         let mut bus = Refusing::default();
         assert_eq!(bus.send_all(&[Frame::EMPTY]), (1_001, None));
-        assert_eq!(bus.send_all(&[Frame::EMPTY; 4]), (1_005, Some(Fault::Full)), "each was tried");
+        assert_eq!(bus.send_all(&[Frame::EMPTY; 4]), (1_005, Some(BusFault::Full)), "each was tried");
         assert_eq!(bus.looked_ns(), bus.now_ns());
         assert!(!bus.is_gone() && bus.answer().is_none());
     }
 
     #[test]
     fn a_fault_says_what_it_is() {
-        let said = |number| Fault::of(&io::Error::from_raw_os_error(number)).to_string();
+        let said = |number| BusFault::of(&io::Error::from_raw_os_error(number)).to_string();
         assert_eq!(said(libc::ENOBUFS), "the interface has no room for a frame");
         assert_eq!(said(libc::ENETDOWN), "the interface is down");
         assert_eq!(said(libc::ENODEV), "the interface is gone");

@@ -8,7 +8,7 @@
 //! was just stored as it was stored, which a processor forwards, and not across two stores, for which it waits.
 
 use super::frame::{MAXIMUM_LENGTH, Payload};
-use super::layout::{ByteOrder, Layout, LayoutError, Number, network_position};
+use super::layout::{ByteOrder, LayoutError, NumberFormat, SignalLayout, network_position};
 use super::walk;
 
 #[cfg(test)]
@@ -17,7 +17,7 @@ mod tests;
 /// A compiled signal: `value = raw * factor + offset`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalCodec {
-    layout: Layout,
+    layout: SignalLayout,
     /// First byte of the eight that hold the signal; `None`: it is walked.
     window: Option<u8>,
     /// They are the payload's first.
@@ -64,15 +64,15 @@ impl SignalCodec {
     ///
     /// # Errors
     /// [`LayoutError`] when the signal does not fit the message or cannot carry a value.
-    pub fn build(layout: Layout, length: usize, factor: f64, offset: f64) -> Result<Self, LayoutError> {
+    pub fn build(layout: SignalLayout, length: usize, factor: f64, offset: f64) -> Result<Self, LayoutError> {
         let size = layout.size;
         if !(1..=64).contains(&size) {
             return Err(LayoutError::Size(u64::from(size)));
         }
         let expected = match layout.number {
-            Number::Float32 => 32,
-            Number::Float64 => 64,
-            Number::Unsigned | Number::Signed => size,
+            NumberFormat::Float32 => 32,
+            NumberFormat::Float64 => 64,
+            NumberFormat::Unsigned | NumberFormat::Signed => size,
         };
         if size != expected {
             return Err(LayoutError::Float { expected, found: size });
@@ -112,10 +112,10 @@ impl SignalCodec {
     fn shortest_conversion(&self) -> Conversion {
         let Self { layout, mask, factor, offset, .. } = self;
         let sign = match layout.number {
-            Number::Float32 => return Conversion::Float32,
-            Number::Float64 => return Conversion::Float64,
-            Number::Unsigned => 0,
-            Number::Signed => mask ^ (mask >> 1),
+            NumberFormat::Float32 => return Conversion::Float32,
+            NumberFormat::Float64 => return Conversion::Float64,
+            NumberFormat::Unsigned => 0,
+            NumberFormat::Signed => mask ^ (mask >> 1),
         };
         let whole =
             factor.fract() == 0.0 && offset.fract() == 0.0 && factor.abs() < 9e18 && offset.abs() < 9e18;
@@ -132,7 +132,7 @@ impl SignalCodec {
 
     /// Where the signal lies.
     #[must_use]
-    pub fn layout(&self) -> Layout {
+    pub fn layout(&self) -> SignalLayout {
         self.layout
     }
 
@@ -219,7 +219,7 @@ impl SignalCodec {
                 // Rounded once, at the end: what arithmetic on integers gives, and cantools with it.
                 return (self.integer(raw) * i128::from(factor) + i128::from(offset)) as f64;
             }
-            Conversion::Long(None) if self.layout.number == Number::Signed => self.extend(raw) as f64,
+            Conversion::Long(None) if self.layout.number == NumberFormat::Signed => self.extend(raw) as f64,
             Conversion::Long(None) => raw as f64,
             Conversion::Float32 => f64::from(f32::from_bits(raw as u32)),
             Conversion::Float64 => f64::from_bits(raw),
@@ -257,7 +257,7 @@ impl SignalCodec {
         if number.is_nan() {
             return self.unscale(0.0);
         }
-        if self.layout.number == Number::Unsigned {
+        if self.layout.number == NumberFormat::Unsigned {
             return (number.round_ties_even() as u64).min(self.mask);
         }
         let greatest = (self.mask >> 1) as i64;
@@ -274,10 +274,10 @@ impl SignalCodec {
     #[must_use]
     pub fn span(&self) -> (f64, f64) {
         let (least, greatest) = match self.layout.number {
-            Number::Unsigned => (0, self.mask),
-            Number::Signed => ((self.mask >> 1) + 1, self.mask >> 1),
-            Number::Float32 => (u64::from(f32::MIN.to_bits()), u64::from(f32::MAX.to_bits())),
-            Number::Float64 => (f64::MIN.to_bits(), f64::MAX.to_bits()),
+            NumberFormat::Unsigned => (0, self.mask),
+            NumberFormat::Signed => ((self.mask >> 1) + 1, self.mask >> 1),
+            NumberFormat::Float32 => (u64::from(f32::MIN.to_bits()), u64::from(f32::MAX.to_bits())),
+            NumberFormat::Float64 => (f64::MIN.to_bits(), f64::MAX.to_bits()),
         };
         let (one, other) = (self.scale(least), self.scale(greatest));
         (one.min(other), one.max(other))
@@ -286,7 +286,7 @@ impl SignalCodec {
     /// The integer that `raw` stands for.
     fn integer(&self, raw: u64) -> i128 {
         match self.layout.number {
-            Number::Signed => i128::from(self.extend(raw)),
+            NumberFormat::Signed => i128::from(self.extend(raw)),
             _ => i128::from(raw),
         }
     }

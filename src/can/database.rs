@@ -10,8 +10,8 @@ use crate::file::read_settings;
 use super::codec::SignalCodec;
 use super::error::CanError;
 use super::frame::{Id, MAXIMUM_LENGTH, Payload, is_fd_length};
-use super::layout::{ByteOrder, Layout, LayoutError, Number};
-use super::source::{NO_MESSAGE, Source};
+use super::layout::{ByteOrder, LayoutError, NumberFormat, SignalLayout};
+use super::source::{DbcLines, NO_MESSAGE};
 use super::walk;
 
 /// The messages of one DBC file.
@@ -85,7 +85,7 @@ impl Database {
             Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
             Err(_) => encoding_rs::WINDOWS_1252.decode(bytes).0.into_owned(),
         };
-        let source = Source::scan(file, &text);
+        let source = DbcLines::scan(file, &text);
         let tree = Dbc::try_from(text.as_str()).map_err(|error| source.syntax_error(&error))?;
         source.check_ids()?;
         check_references(&tree, &source)?;
@@ -196,7 +196,7 @@ impl Selector {
     }
 }
 
-fn read_message(tree: &Dbc, message: &can_dbc::Message, source: &Source) -> Result<Message, CanError> {
+fn read_message(tree: &Dbc, message: &can_dbc::Message, source: &DbcLines) -> Result<Message, CanError> {
     let line = source.message_line(message.id.raw());
     let name = long_name(tree.message_attribute(message.id, "SystemMessageLongSymbol"), &message.name);
     let fail = |line, reason: String| source.error(line, format!("message `{name}`: {reason}"));
@@ -242,18 +242,22 @@ fn read_signal(
     let size = u16::try_from(signal.size).map_err(|_| LayoutError::Size(signal.size))?;
     let start = u16::try_from(signal.start_bit).ok().filter(|start| *start < 512);
     let number = match tree.extended_value_type_for_signal(message.id, &signal.name) {
-        Some(SignalExtendedValueType::IEEEfloat32Bit) => Number::Float32,
-        Some(SignalExtendedValueType::IEEEdouble64bit) => Number::Float64,
-        _ if signal.value_type == ValueType::Signed => Number::Signed,
-        _ => Number::Unsigned,
+        Some(SignalExtendedValueType::IEEEfloat32Bit) => NumberFormat::Float32,
+        Some(SignalExtendedValueType::IEEEdouble64bit) => NumberFormat::Float64,
+        _ if signal.value_type == ValueType::Signed => NumberFormat::Signed,
+        _ => NumberFormat::Unsigned,
     };
     let order = match signal.byte_order {
         can_dbc::ByteOrder::LittleEndian => ByteOrder::Little,
         can_dbc::ByteOrder::BigEndian => ByteOrder::Big,
     };
     let start = start.ok_or(LayoutError::Outside(length as u64))?;
-    let codec =
-        SignalCodec::build(Layout { start, size, order, number }, length, signal.factor, signal.offset)?;
+    let codec = SignalCodec::build(
+        SignalLayout { start, size, order, number },
+        length,
+        signal.factor,
+        signal.offset,
+    )?;
     let range = (number_of(signal.min), number_of(signal.max));
     let long = tree.signal_attribute(message.id, &signal.name, "SystemSignalLongSymbol");
     Ok(Signal {
@@ -267,7 +271,7 @@ fn read_signal(
 
 /// `SIG_VALTYPE_` and `SG_MUL_VAL_` must name a signal that is there: of a misspelt one, floats would be read as
 /// integers.
-fn check_references(tree: &Dbc, source: &Source) -> Result<(), CanError> {
+fn check_references(tree: &Dbc, source: &DbcLines) -> Result<(), CanError> {
     let types = tree.signal_extended_value_type_list.iter();
     let types = types.map(|entry| ("SIG_VALTYPE_", entry.message_id, &entry.signal_name));
     let selectors = tree.extended_multiplex.iter();

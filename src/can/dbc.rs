@@ -6,7 +6,7 @@ use crate::signal::{Applied, Channel, Sensors};
 use super::config::BusConfig;
 use super::field::CommandField;
 use super::frame::Frame;
-use super::layout::{ByteOrder, Number};
+use super::layout::{ByteOrder, NumberFormat};
 use super::load::{BusLoad, worst_case};
 use super::protocol::{BenchEnd, BridgeEnd, IdFilter, MessageDescription, Protocol, SignalDescription};
 use super::roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
@@ -93,10 +93,10 @@ fn signal<F>(
     let layout = binding.codec.layout();
     let order = if layout.order == ByteOrder::Little { "little" } else { "big" };
     let number = match layout.number {
-        Number::Unsigned => format!("u{}", layout.size),
-        Number::Signed => format!("i{}", layout.size),
-        Number::Float32 => "f32".to_owned(),
-        Number::Float64 => "f64".to_owned(),
+        NumberFormat::Unsigned => format!("u{}", layout.size),
+        NumberFormat::Signed => format!("i{}", layout.size),
+        NumberFormat::Float32 => "f32".to_owned(),
+        NumberFormat::Float64 => "f64".to_owned(),
     };
     SignalDescription {
         role,

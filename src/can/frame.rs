@@ -55,7 +55,7 @@ impl fmt::Display for Id {
 
 /// What kind of frame it is on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum FrameKind {
     /// CAN 2.0 data, up to 8 bytes.
     Classic,
     /// CAN 2.0 remote request: a length, no data.
@@ -73,7 +73,7 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
     id: Id,
-    kind: Kind,
+    kind: FrameKind,
     length: u8,
     data: Payload,
 }
@@ -81,11 +81,11 @@ pub struct Frame {
 impl Frame {
     /// A frame of `data`; `None` when the kind of frame cannot have that length.
     #[must_use]
-    pub fn new(id: Id, kind: Kind, data: &[u8]) -> Option<Self> {
+    pub fn new(id: Id, kind: FrameKind, data: &[u8]) -> Option<Self> {
         let fits = match kind {
-            Kind::Classic => data.len() <= 8,
-            Kind::Remote => data.is_empty(),
-            Kind::Fd { .. } => is_fd_length(data.len()),
+            FrameKind::Classic => data.len() <= 8,
+            FrameKind::Remote => data.is_empty(),
+            FrameKind::Fd { .. } => is_fd_length(data.len()),
         };
         if !fits {
             return None;
@@ -96,23 +96,23 @@ impl Frame {
     }
 
     /// An empty classic frame with identifier 0, to be written over.
-    pub(super) const EMPTY: Self = Self::zeros(Id::Standard(0), Kind::Classic, 0);
+    pub(super) const EMPTY: Self = Self::zeros(Id::Standard(0), FrameKind::Classic, 0);
 
     /// A frame of `length` zero bytes, which the caller knows its kind can have.
-    pub(super) const fn zeros(id: Id, kind: Kind, length: usize) -> Self {
+    pub(super) const fn zeros(id: Id, kind: FrameKind, length: usize) -> Self {
         Self { id, kind, length: length as u8, data: [0; MAXIMUM_LENGTH] }
     }
 
     /// A classic frame of up to 8 bytes; `None` when `data` is longer.
     #[must_use]
     pub fn classic(id: Id, data: &[u8]) -> Option<Self> {
-        Self::new(id, Kind::Classic, data)
+        Self::new(id, FrameKind::Classic, data)
     }
 
     /// A remote request for `length` bytes; `None` over 8.
     #[must_use]
     pub fn remote(id: Id, length: u8) -> Option<Self> {
-        (length <= 8).then_some(Self { id, kind: Kind::Remote, length, data: [0; MAXIMUM_LENGTH] })
+        (length <= 8).then_some(Self { id, kind: FrameKind::Remote, length, data: [0; MAXIMUM_LENGTH] })
     }
 
     /// Its identifier.
@@ -123,7 +123,7 @@ impl Frame {
 
     /// Its kind.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> FrameKind {
         self.kind
     }
 
@@ -137,8 +137,8 @@ impl Frame {
     #[must_use]
     pub fn data(&self) -> &[u8] {
         match self.kind {
-            Kind::Remote => &[],
-            Kind::Classic | Kind::Fd { .. } => self.data.get(..self.length()).unwrap_or(&[]),
+            FrameKind::Remote => &[],
+            FrameKind::Classic | FrameKind::Fd { .. } => self.data.get(..self.length()).unwrap_or(&[]),
         }
     }
 
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(Id::new(0x2000_0000, true), None);
         let id = Id::Standard(1);
         assert!(Frame::classic(id, &[0; 9]).is_none());
-        let fd = Kind::Fd { bit_rate_switch: true, error_state: false };
+        let fd = FrameKind::Fd { bit_rate_switch: true, error_state: false };
         assert!(Frame::new(id, fd, &[0; 9]).is_none());
         assert_eq!(Frame::new(id, fd, &[7; 12]).map(|frame| frame.data().len()), Some(12));
         let remote = Frame::remote(id, 8).expect("fits");

@@ -11,7 +11,7 @@ pub enum ByteOrder {
 
 /// How the bits of a signal are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Number {
+pub enum NumberFormat {
     /// Unsigned integer.
     Unsigned,
     /// Two's complement.
@@ -24,7 +24,7 @@ pub enum Number {
 
 /// The place of a signal as a DBC file writes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Layout {
+pub struct SignalLayout {
     /// DBC start bit.
     pub start: u16,
     /// Number of bits, 1 to 64.
@@ -32,7 +32,7 @@ pub struct Layout {
     /// Order of its bytes.
     pub order: ByteOrder,
     /// How its bits are read.
-    pub number: Number,
+    pub number: NumberFormat,
 }
 
 /// Why a layout cannot be compiled.
@@ -59,7 +59,7 @@ pub enum LayoutError {
 
 /// Position of the signal's first bit, counted in the order of its bytes: for little-endian from bit 0 of
 /// byte 0 upwards, for big-endian from bit 7 of byte 0 downwards.
-pub(super) fn network_position(layout: Layout) -> usize {
+pub(super) fn network_position(layout: SignalLayout) -> usize {
     let start = usize::from(layout.start);
     match layout.order {
         ByteOrder::Little => start,

@@ -36,22 +36,22 @@ pub mod thresholds;
 mod timestamps;
 pub mod walk;
 
-pub use bus::{Arrival, Bus, Fault, PortCounts};
+pub use bus::{Arrival, Bus, BusFault, PortCounts};
 pub use codec::SignalCodec;
 pub use config::{BusConfig, DatabaseConfig, MessageConfig, ProtocolName, SignalConfig};
 pub use database::{Database, Message, Selector, Signal};
 pub use error::CanError;
 pub use error_frame::ErrorFrame;
 pub use field::CommandField;
-pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
+pub use frame::{Frame, FrameKind, Id, MAXIMUM_LENGTH, Payload, is_fd_length};
 pub use interface::{InterfaceAnswer, InterfaceStatus};
-pub use layout::{ByteOrder, Layout, LayoutError, Number};
+pub use layout::{ByteOrder, LayoutError, NumberFormat, SignalLayout};
 pub use load::{BusLoad, MessageLoad, classic_bits, fd_bits, worst_case};
 pub use port::{Port, kernel_has_can};
 pub use protocol::{
     BenchEnd, BridgeEnd, IdFilter, MessageDescription, NodeTrouble, Protocol, SignalDescription,
 };
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
-pub use route::{Binding, Refusal, Route};
+pub use route::{Binding, FrameRefusal, Route};
 pub use select::{join, protocol};
 pub use timestamps::{Timestamps, timestamps};

@@ -12,7 +12,7 @@ use socketcan::{CanSocket, Socket, SocketOptions};
 
 use crate::clock;
 
-use super::bus::{Arrival, Bus, Fault, PortCounts};
+use super::bus::{Arrival, Bus, BusFault, PortCounts};
 use super::echo::{Awaited, EchoSocket};
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
@@ -30,15 +30,15 @@ const MOST: usize = 16 * BATCH;
 const FEW: usize = 4;
 
 impl Bus for Port {
-    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, BusFault> {
         Self::receive(self, take)
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+    fn send(&mut self, frame: &Frame) -> Result<(), BusFault> {
         Self::send(self, frame)
     }
 
-    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<BusFault>) {
         Self::send_all(self, frames)
     }
 
@@ -166,8 +166,8 @@ impl Port {
     /// hundred there may be more: wait again, `ppoll` returns at once.
     ///
     /// # Errors
-    /// [`Fault`], once for each time the interface goes down; receiving goes on when it is up again, or there again.
-    pub fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+    /// [`BusFault`], once for each time the interface goes down; receiving goes on when it is up again, or there again.
+    pub fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, BusFault> {
         if self.is_gone {
             // Without success there is still the socket's error to be taken, which would wake the caller again and again.
             self.rejoin();
@@ -249,13 +249,13 @@ impl Port {
     /// Sends a frame now, or drops it.
     ///
     /// # Errors
-    /// [`Fault`]: the frame is dropped and counted. The next one, newer, is the retry.
-    pub fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+    /// [`BusFault`]: the frame is dropped and counted. The next one, newer, is the retry.
+    pub fn send(&mut self, frame: &Frame) -> Result<(), BusFault> {
         self.send_all(std::slice::from_ref(frame)).1.map_or(Ok(()), Err)
     }
 
     /// Sends frames, as [`Port::send`] does one by one; [ns] when all were out or dropped, and the first fault.
-    pub fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+    pub fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<BusFault>) {
         let before = self.counts.sent;
         let fault = frames.iter().fold(None, |fault, frame| fault.or(self.give(frame).err()));
         // The clock is read when the frames are out already, once for all that needs to know when that was.
@@ -266,7 +266,7 @@ impl Port {
         (now_ns, fault)
     }
 
-    fn give(&mut self, frame: &Frame) -> Result<(), Fault> {
+    fn give(&mut self, frame: &Frame) -> Result<(), BusFault> {
         match socket::send(self.socket.as_raw_fd(), frame) {
             Ok(()) => {
                 self.counts.sent += 1;
@@ -275,18 +275,18 @@ impl Port {
             Err(error) => {
                 let fault = self.fault(&error);
                 *match fault {
-                    Fault::Full => &mut self.counts.full,
-                    Fault::Down | Fault::Gone => &mut self.counts.down,
-                    Fault::Other(_) => &mut self.counts.failed,
+                    BusFault::Full => &mut self.counts.full,
+                    BusFault::Down | BusFault::Gone => &mut self.counts.down,
+                    BusFault::Other(_) => &mut self.counts.failed,
                 } += 1;
                 Err(fault)
             }
         }
     }
 
-    fn fault(&mut self, error: &io::Error) -> Fault {
-        let fault = Fault::of(error);
-        if fault == Fault::Gone && !self.is_gone {
+    fn fault(&mut self, error: &io::Error) -> BusFault {
+        let fault = BusFault::of(error);
+        if fault == BusFault::Gone && !self.is_gone {
             self.is_gone = true;
             self.watch.look_for();
         }

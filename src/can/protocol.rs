@@ -39,7 +39,7 @@ pub trait BridgeEnd: fmt::Debug + Send {
 
     /// Takes the good values of a received frame into `sensors`, marks the bad ones there, and counts what it refuses.
     /// `stamp_ns` is CLOCK_MONOTONIC at reception. The frame is another sender's, so that one which commands the
-    /// rotors is [`super::Refusal::ForeignCommand`].
+    /// rotors is [`super::FrameRefusal::ForeignCommand`].
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, sensors: &mut Sensors) -> Decoded;
 
     /// The frames that carry what the guard let through, a period's.

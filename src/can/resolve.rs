@@ -15,7 +15,7 @@ use super::database::{Database, Message, Signal, needs_fd};
 use super::error::CanError;
 use super::field::CommandField;
 use super::frame::Id;
-use super::layout::Number;
+use super::layout::NumberFormat;
 use super::load;
 use super::roles::Roles;
 use super::route::{Binding, Route, Routes};
@@ -283,7 +283,7 @@ fn find_counter(message: &Message, name: &str) -> Result<(String, SignalCodec), 
         .signal(name)
         .ok_or_else(|| fail(place(), format!("message `{}` has no signal `{name}`", message.name)))?;
     let plain = signal.codec.factor() == 1.0 && signal.codec.offset() == 0.0 && signal.selector.is_none();
-    if signal.codec.layout().number != Number::Unsigned || !plain {
+    if signal.codec.layout().number != NumberFormat::Unsigned || !plain {
         return Err(fail(place(), format!("`{name}` must be a plain unsigned integer")));
     }
     Ok((name.to_owned(), signal.codec.clone()))

@@ -8,7 +8,7 @@ use crate::signal::{Applied, Channel, ROTORS, Sensors};
 use super::counter::Counter;
 use super::field::CommandField;
 use super::frame::Frame;
-use super::route::{Reading, Refusal, Route, Routes};
+use super::route::{FrameReading, FrameRefusal, Route, Routes};
 
 /// The `[bus]` table, resolved against its DBC files.
 #[derive(Debug, Clone)]
@@ -73,7 +73,7 @@ pub struct Decoded {
     /// Fields that got a good new value: bits of [`Channel::bit`], or `1 << rotor` for commands.
     pub updated: u32,
     /// Why the frame, or its last refused value, was refused.
-    pub refused: Option<Refusal>,
+    pub refused: Option<FrameRefusal>,
 }
 
 /// Rotor commands as an ESC understands them.
@@ -159,7 +159,7 @@ impl Roles {
 
     /// Takes a received frame's good values into `sensors`; flags the bad ones there and keeps their last good
     /// value and stamp. `stamp_ns` is CLOCK_MONOTONIC at reception. The frame is another sender's, so that one with the
-    /// identifier of a command is [`Refusal::ForeignCommand`].
+    /// identifier of a command is [`FrameRefusal::ForeignCommand`].
     #[inline]
     pub fn decode_sensors(
         &self,
@@ -173,17 +173,19 @@ impl Roles {
             let sample = field.of_mut(sensors);
             sample.count = sample.count.wrapping_add(1);
             match reading {
-                Reading::Value(value) => {
+                FrameReading::Value(value) => {
                     sample.value = value;
                     sample.stamp_ns = stamp_ns;
                     sample.health = 0;
                     updated |= field.bit();
                 }
-                Reading::Refused(refusal) => sample.health |= refusal.health(),
+                FrameReading::Refused(refusal) => sample.health |= refusal.health(),
             }
         });
         let refused = match received {
-            Err(Refusal::UnknownId) if self.commands.has(frame) => state.refuse(Refusal::ForeignCommand),
+            Err(FrameRefusal::UnknownId) if self.commands.has(frame) => {
+                state.refuse(FrameRefusal::ForeignCommand)
+            }
             Err(refusal) => state.refuse(refusal),
             Ok(refused) => refused,
         };
@@ -202,7 +204,7 @@ impl Roles {
     ) -> Decoded {
         let mut updated = 0;
         let received = state.receive(&self.commands, frame, |field, reading| {
-            let Reading::Value(value) = reading else { return };
+            let FrameReading::Value(value) = reading else { return };
             let rotor = match field {
                 CommandField::Rotor1 => 0,
                 CommandField::Rotor2 => 1,
@@ -270,8 +272,8 @@ impl ReceiverState {
         &mut self,
         routes: &Routes<F>,
         frame: &Frame,
-        mut take: impl FnMut(F, Reading),
-    ) -> Result<Option<Refusal>, Refusal> {
+        mut take: impl FnMut(F, FrameReading),
+    ) -> Result<Option<FrameRefusal>, FrameRefusal> {
         self.counts.frames = self.counts.frames.wrapping_add(1);
         let (index, route) = routes.find(frame)?;
         let counter = self.counters.get_mut(index);
@@ -282,14 +284,14 @@ impl ReceiverState {
             }
             Err(refusal) => {
                 route.bindings().iter().for_each(|binding| {
-                    take(binding.field, Reading::Refused(refusal));
+                    take(binding.field, FrameReading::Refused(refusal));
                 });
                 Err(refusal)
             }
         }
     }
 
-    fn refuse(&mut self, refusal: Refusal) -> Option<Refusal> {
+    fn refuse(&mut self, refusal: FrameRefusal) -> Option<FrameRefusal> {
         self.counts.add(refusal);
         Some(refusal)
     }
@@ -299,12 +301,12 @@ impl ReceiverState {
         &mut self,
         route: &Route<F>,
         frame: &Frame,
-        mut take: impl FnMut(F, Reading),
-    ) -> Option<Refusal> {
+        mut take: impl FnMut(F, FrameReading),
+    ) -> Option<FrameRefusal> {
         let mut last = None;
         for binding in route.bindings() {
             let Some(reading) = binding.read(frame.payload()) else { continue };
-            if let Reading::Refused(refusal) = reading {
+            if let FrameReading::Refused(refusal) = reading {
                 self.counts.add(refusal);
                 last = Some(refusal);
             }
@@ -315,43 +317,43 @@ impl ReceiverState {
 }
 
 impl Counts {
-    pub(super) fn add(&mut self, refusal: Refusal) {
+    pub(super) fn add(&mut self, refusal: FrameRefusal) {
         let count = match refusal {
-            Refusal::UnknownId => &mut self.unknown_id,
-            Refusal::ForeignCommand => &mut self.foreign_command,
-            Refusal::WrongLength => &mut self.wrong_length,
-            Refusal::Counter => &mut self.counter,
-            Refusal::Toggle => &mut self.toggle,
-            Refusal::Checksum => &mut self.checksum,
-            Refusal::Incomplete => &mut self.incomplete,
-            Refusal::OtherNode => &mut self.other_node,
-            Refusal::NotANumber => &mut self.not_a_number,
-            Refusal::OutOfRange => &mut self.out_of_range,
+            FrameRefusal::UnknownId => &mut self.unknown_id,
+            FrameRefusal::ForeignCommand => &mut self.foreign_command,
+            FrameRefusal::WrongLength => &mut self.wrong_length,
+            FrameRefusal::Counter => &mut self.counter,
+            FrameRefusal::Toggle => &mut self.toggle,
+            FrameRefusal::Checksum => &mut self.checksum,
+            FrameRefusal::Incomplete => &mut self.incomplete,
+            FrameRefusal::OtherNode => &mut self.other_node,
+            FrameRefusal::NotANumber => &mut self.not_a_number,
+            FrameRefusal::OutOfRange => &mut self.out_of_range,
         };
         *count = count.wrapping_add(1);
     }
 
     /// Frames and values refused, by cause; transfers apart, [`Self::refused_transfers`].
     #[must_use]
-    pub fn refused(&self) -> [(Refusal, u64); 6] {
+    pub fn refused(&self) -> [(FrameRefusal, u64); 6] {
         [
-            (Refusal::UnknownId, self.unknown_id),
-            (Refusal::ForeignCommand, self.foreign_command),
-            (Refusal::WrongLength, self.wrong_length),
-            (Refusal::Counter, self.counter),
-            (Refusal::NotANumber, self.not_a_number),
-            (Refusal::OutOfRange, self.out_of_range),
+            (FrameRefusal::UnknownId, self.unknown_id),
+            (FrameRefusal::ForeignCommand, self.foreign_command),
+            (FrameRefusal::WrongLength, self.wrong_length),
+            (FrameRefusal::Counter, self.counter),
+            (FrameRefusal::NotANumber, self.not_a_number),
+            (FrameRefusal::OutOfRange, self.out_of_range),
         ]
     }
 
     /// Transfers refused, by cause.
     #[must_use]
-    pub fn refused_transfers(&self) -> [(Refusal, u64); 4] {
+    pub fn refused_transfers(&self) -> [(FrameRefusal, u64); 4] {
         [
-            (Refusal::Toggle, self.toggle),
-            (Refusal::Checksum, self.checksum),
-            (Refusal::Incomplete, self.incomplete),
-            (Refusal::OtherNode, self.other_node),
+            (FrameRefusal::Toggle, self.toggle),
+            (FrameRefusal::Checksum, self.checksum),
+            (FrameRefusal::Incomplete, self.incomplete),
+            (FrameRefusal::OtherNode, self.other_node),
         ]
     }
 }

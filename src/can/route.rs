@@ -7,14 +7,14 @@ use crate::signal::Health;
 use super::codec::SignalCodec;
 use super::counter::Counter;
 use super::database::needs_fd;
-use super::frame::{Frame, Id, Kind, Payload};
+use super::frame::{Frame, FrameKind, Id, Payload};
 
 #[cfg(test)]
 mod tests;
 
 /// Why a frame or a value was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Refusal {
+pub enum FrameRefusal {
     /// No role names the identifier, or it is a remote request.
     UnknownId,
     /// The identifier of our own command, from another sender.
@@ -37,7 +37,7 @@ pub enum Refusal {
     OtherNode,
 }
 
-impl Refusal {
+impl FrameRefusal {
     /// The bit of [`Health`] a refused value gets.
     pub(super) fn health(self) -> u32 {
         match self {
@@ -55,7 +55,7 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for FrameRefusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::UnknownId => "unknown identifier",
@@ -74,11 +74,11 @@ impl fmt::Display for Refusal {
 
 /// A value read from a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Reading {
+pub(super) enum FrameReading {
     /// Good, in SI.
     Value(f64),
     /// Bad.
-    Refused(Refusal),
+    Refused(FrameRefusal),
 }
 
 /// A DBC signal bound to a field.
@@ -129,7 +129,7 @@ pub struct Route<F> {
 impl<F: Copy> Binding<F> {
     /// The value in SI, or why not; `None` when the payload does not carry the signal.
     #[inline]
-    pub(super) fn read(&self, payload: &Payload) -> Option<Reading> {
+    pub(super) fn read(&self, payload: &Payload) -> Option<FrameReading> {
         for (multiplexer, values) in &self.selectors {
             let raw = multiplexer.decode_raw(payload);
             if !values.iter().any(|(first, last)| (*first..=*last).contains(&raw)) {
@@ -138,11 +138,11 @@ impl<F: Copy> Binding<F> {
         }
         let value = self.codec.decode(payload) * self.scale + self.offset;
         Some(if !value.is_finite() {
-            Reading::Refused(Refusal::NotANumber)
+            FrameReading::Refused(FrameRefusal::NotANumber)
         } else if value < self.range.0 - self.slack || value > self.range.1 + self.slack {
-            Reading::Refused(Refusal::OutOfRange)
+            FrameReading::Refused(FrameRefusal::OutOfRange)
         } else {
-            Reading::Value(value)
+            FrameReading::Value(value)
         })
     }
 
@@ -176,12 +176,12 @@ impl<F: Copy> Route<F> {
         needs_fd(self.length)
     }
 
-    /// Frames missing before this one; [`Refusal::Counter`] when it does not go on from the one before.
+    /// Frames missing before this one; [`FrameRefusal::Counter`] when it does not go on from the one before.
     #[inline]
-    pub(super) fn check_counter(&self, counter: &mut Counter, frame: &Frame) -> Result<u64, Refusal> {
+    pub(super) fn check_counter(&self, counter: &mut Counter, frame: &Frame) -> Result<u64, FrameRefusal> {
         let Some((_, codec)) = &self.counter else { return Ok(0) };
         let mask = u64::MAX >> (64 - codec.layout().size);
-        counter.accept(codec.decode_raw(frame.payload()), mask).ok_or(Refusal::Counter)
+        counter.accept(codec.decode_raw(frame.payload()), mask).ok_or(FrameRefusal::Counter)
     }
 
     /// The frame with these values, its counter stepped.
@@ -232,8 +232,12 @@ impl<F: Copy> Route<F> {
         }) && self.bindings.iter().all(|binding| binding.selectors.is_empty())
     }
 
-    fn kind(&self) -> Kind {
-        if self.needs_fd() { Kind::Fd { bit_rate_switch: true, error_state: false } } else { Kind::Classic }
+    fn kind(&self) -> FrameKind {
+        if self.needs_fd() {
+            FrameKind::Fd { bit_rate_switch: true, error_state: false }
+        } else {
+            FrameKind::Classic
+        }
     }
 }
 
@@ -292,12 +296,12 @@ impl<F: Copy> Routes<F> {
 
     /// Whether it is a data frame with the identifier of one of these messages, whatever its length.
     pub(super) fn has(&self, frame: &Frame) -> bool {
-        !matches!(self.find(frame), Err(Refusal::UnknownId))
+        !matches!(self.find(frame), Err(FrameRefusal::UnknownId))
     }
 
     /// The message of a received frame, if a role names it and its length is right.
     #[inline]
-    pub(super) fn find(&self, frame: &Frame) -> Result<(usize, &Route<F>), Refusal> {
+    pub(super) fn find(&self, frame: &Frame) -> Result<(usize, &Route<F>), FrameRefusal> {
         let index = match frame.id() {
             Id::Standard(short) => self.standard.get(usize::from(short)).copied(),
             Id::Extended(long) => {
@@ -307,12 +311,12 @@ impl<F: Copy> Routes<F> {
         };
         let index = usize::from(index.unwrap_or(NONE));
         match self.messages.get(index) {
-            Some(_) if frame.kind() == Kind::Remote => Err(Refusal::UnknownId),
+            Some(_) if frame.kind() == FrameKind::Remote => Err(FrameRefusal::UnknownId),
             Some(route) if (route.least_length..=route.length).contains(&frame.length()) => {
                 Ok((index, route))
             }
-            Some(_) => Err(Refusal::WrongLength),
-            None => Err(Refusal::UnknownId),
+            Some(_) => Err(FrameRefusal::WrongLength),
+            None => Err(FrameRefusal::UnknownId),
         }
     }
 }

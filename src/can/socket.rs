@@ -9,7 +9,7 @@ use socketcan::{CanSocket, Socket, SocketOptions};
 
 use crate::clock::NANOSECONDS_PER_SECOND;
 
-use super::frame::{Frame, Id, Kind};
+use super::frame::{Frame, FrameKind, Id};
 
 /// Most frames taken in one system call.
 pub(super) const BATCH: usize = 16;
@@ -149,7 +149,7 @@ fn read_frame(raw: &libc::canfd_frame, length: usize) -> Option<Frame> {
         libc::CANFD_MTU => {
             let flag = |bit: libc::c_int| i32::from(raw.flags) & bit != 0;
             let kind =
-                Kind::Fd { bit_rate_switch: flag(libc::CANFD_BRS), error_state: flag(libc::CANFD_ESI) };
+                FrameKind::Fd { bit_rate_switch: flag(libc::CANFD_BRS), error_state: flag(libc::CANFD_ESI) };
             Frame::new(id, kind, data)
         }
         _ => None,
@@ -196,12 +196,12 @@ pub(super) fn raw_id(id: Id) -> u32 {
 pub(super) fn send(fd: RawFd, frame: &Frame) -> io::Result<()> {
     let (mut id, mut flags) = (raw_id(frame.id()), 0);
     let size = match frame.kind() {
-        Kind::Classic => libc::CAN_MTU,
-        Kind::Remote => {
+        FrameKind::Classic => libc::CAN_MTU,
+        FrameKind::Remote => {
             id |= libc::CAN_RTR_FLAG;
             libc::CAN_MTU
         }
-        Kind::Fd { bit_rate_switch, error_state } => {
+        FrameKind::Fd { bit_rate_switch, error_state } => {
             flags |= if bit_rate_switch { libc::CANFD_BRS as u8 } else { 0 };
             flags |= if error_state { libc::CANFD_ESI as u8 } else { 0 };
             libc::CANFD_MTU

@@ -10,7 +10,7 @@ const EXTENDED: u64 = 1 << 31;
 pub(super) const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 /// Lines of the messages and signals of a DBC text.
-pub(super) struct Source {
+pub(super) struct DbcLines {
     file: String,
     /// Line and identifier of each `BO_`, as written.
     ids: Vec<(usize, u64)>,
@@ -18,7 +18,7 @@ pub(super) struct Source {
     signals: HashMap<(u64, String), usize>,
 }
 
-impl Source {
+impl DbcLines {
     /// Finds each `BO_` and `SG_` at the beginning of a line, outside quoted text.
     pub(super) fn scan(file: &str, text: &str) -> Self {
         let mut source = Self {

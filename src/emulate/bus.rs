@@ -3,7 +3,7 @@
 
 use std::os::fd::AsRawFd;
 
-use crate::can::{Arrival, BenchEnd, Counts, Fault, Port, PortCounts, RotorCommands};
+use crate::can::{Arrival, BenchEnd, BusFault, Counts, Port, PortCounts, RotorCommands};
 use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
@@ -89,7 +89,7 @@ impl EmulatedBus {
         let Self { end, port, .. } = self;
         end.send_due(now_ns, state.sensors(), &mut |frame| {
             // Dropped and counted by the port; the next one is newer.
-            let _: Result<(), Fault> = port.send(frame);
+            let _: Result<(), BusFault> = port.send(frame);
         })
     }
 

@@ -1,6 +1,6 @@
 //! A raw frame as the recorder keeps it.
 
-use crate::can::{Arrival, ErrorFrame, Frame, Id, Kind};
+use crate::can::{Arrival, ErrorFrame, Frame, FrameKind, Id};
 
 /// One CAN frame, received or sent, with its stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,9 +65,9 @@ impl RawFrame {
     pub fn new(frame: &Frame, stamp_ns: u64, hardware_ns: Option<u64>, sent: bool) -> Self {
         let flag = |set: bool, flag: u32| if set { flag } else { 0 };
         let kind = match frame.kind() {
-            Kind::Classic => 0,
-            Kind::Remote => FrameFlags::REMOTE,
-            Kind::Fd { bit_rate_switch, error_state } => {
+            FrameKind::Classic => 0,
+            FrameKind::Remote => FrameFlags::REMOTE,
+            FrameKind::Fd { bit_rate_switch, error_state } => {
                 FrameFlags::FD
                     | flag(bit_rate_switch, FrameFlags::BIT_RATE_SWITCH)
                     | flag(error_state, FrameFlags::ERROR_STATE)
@@ -117,7 +117,7 @@ impl RawFrame {
         } else if self.is(FrameFlags::FD) {
             let bit_rate_switch = self.is(FrameFlags::BIT_RATE_SWITCH);
             let error_state = self.is(FrameFlags::ERROR_STATE);
-            Frame::new(id, Kind::Fd { bit_rate_switch, error_state }, self.payload())
+            Frame::new(id, FrameKind::Fd { bit_rate_switch, error_state }, self.payload())
         } else {
             Frame::classic(id, self.payload())
         }

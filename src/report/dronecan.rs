@@ -1,7 +1,7 @@
 //! Who is on a bus that speaks DroneCAN, as a table.
 
 use super::Table;
-use crate::can::dronecan::{AllocationEvent, NodeReport, Parameter, ParameterValue};
+use crate::can::dronecan::{AllocationEvent, NodeParameter, NodeReport, ParameterValue};
 
 /// The nodes that were heard.
 #[must_use]
@@ -31,7 +31,7 @@ pub fn nodes(nodes: &[NodeReport]) -> String {
 
 /// Parameters of a node.
 #[must_use]
-pub fn parameters(parameters: &[Parameter]) -> String {
+pub fn parameters(parameters: &[NodeParameter]) -> String {
     let mut table = Table::new(["name", "value", "default", "least", "greatest", "type"]);
     for parameter in parameters {
         let shown =

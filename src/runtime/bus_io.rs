@@ -7,9 +7,9 @@ use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
 use crate::can::{
-    Arrival, BridgeEnd, Bus, CanError, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
+    Arrival, BridgeEnd, Bus, BusFault, CanError, Counts, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
 };
-use crate::can::{NodeTrouble, Refusal, join, kernel_has_can, protocol};
+use crate::can::{FrameRefusal, NodeTrouble, join, kernel_has_can, protocol};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
@@ -169,7 +169,7 @@ impl<B: Bus> BusIo<B> {
                 let decoded = end.receive(&frame, stamp_ns, sensors);
                 look.updated |= decoded.updated != 0;
                 look.gyro |= decoded.updated & gyro != 0;
-                look.foreign |= decoded.refused == Some(Refusal::ForeignCommand);
+                look.foreign |= decoded.refused == Some(FrameRefusal::ForeignCommand);
             }
             Arrival::Echo { .. } => {}
             Arrival::Error { error, .. } => {
@@ -352,12 +352,12 @@ impl<B: Bus> Drop for BusIo<B> {
     }
 }
 
-fn describe(fault: Fault) -> &'static str {
+fn describe(fault: BusFault) -> &'static str {
     match fault {
-        Fault::Full => "the bus takes no command: no room",
-        Fault::Down => "the interface is down",
-        Fault::Gone => "the interface is gone",
-        Fault::Other(_) => "the bus takes no command: refused by the system",
+        BusFault::Full => "the bus takes no command: no room",
+        BusFault::Down => "the interface is down",
+        BusFault::Gone => "the interface is gone",
+        BusFault::Other(_) => "the bus takes no command: refused by the system",
     }
 }
 

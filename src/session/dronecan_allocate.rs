@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
 use crate::can::dronecan::{
-    Allocatee, AllocationEvent, AllocationTable, Allocator, GREATEST_NODE, Keep, NodeMonitor, Participant,
-    UniqueId,
+    Allocatee, AllocationEvent, AllocationTable, GREATEST_NODE, Keep, NodeIdAllocator, NodeMonitor,
+    Participant, UniqueId,
 };
 use crate::can::{CanError, Frame};
 use crate::clock;
@@ -91,7 +91,7 @@ pub fn allocate_node_ids(
     let mut monitor = NodeMonitor::new(task.own)?;
     let mut wire = PortWire::open(&task.interface)?;
     listen(&mut wire, &mut monitor)?;
-    let allocator = Allocator::new(monitor, task.range, table, keep)?;
+    let allocator = NodeIdAllocator::new(monitor, task.range, table, keep)?;
     serve(&mut wire, allocator, task.seconds, tell, is_over)
 }
 
@@ -113,7 +113,7 @@ fn listen(wire: &mut impl Wire, monitor: &mut NodeMonitor) -> Result<(), Allocat
 
 fn serve(
     wire: &mut impl Wire,
-    mut allocator: Allocator<'_>,
+    mut allocator: NodeIdAllocator<'_>,
     seconds: Option<f64>,
     tell: &dyn Fn(&AllocationEvent),
     is_over: &dyn Fn() -> bool,

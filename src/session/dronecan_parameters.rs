@@ -3,7 +3,9 @@
 use super::dronecan_error::ParameterError;
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
-use crate::can::dronecan::{Parameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue};
+use crate::can::dronecan::{
+    NodeParameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue,
+};
 use crate::guard::State;
 use crate::runtime::operator::{self, GuardLook};
 
@@ -31,7 +33,7 @@ pub fn dronecan_parameters(
     interface: &str,
     own: u8,
     task: &ParameterTask,
-) -> Result<Vec<Parameter>, ParameterError> {
+) -> Result<Vec<NodeParameter>, ParameterError> {
     let client = ParameterClient::new(own, task.node)?;
     Asking { wire: PortWire::open(interface)?, client, own, node: task.node, benches: &operator::look }
         .fulfil(task)
@@ -50,7 +52,7 @@ struct Asking<'a, W: Wire> {
 }
 
 impl<W: Wire> Asking<'_, W> {
-    fn fulfil(&mut self, task: &ParameterTask) -> Result<Vec<Parameter>, ParameterError> {
+    fn fulfil(&mut self, task: &ParameterTask) -> Result<Vec<NodeParameter>, ParameterError> {
         let writes = task.value.is_some() || task.save;
         if writes {
             self.check_benches()?;
@@ -99,7 +101,7 @@ impl<W: Wire> Asking<'_, W> {
         Err(ParameterError::Silent { node: self.node })
     }
 
-    fn all(&mut self) -> Result<Vec<Parameter>, ParameterError> {
+    fn all(&mut self) -> Result<Vec<NodeParameter>, ParameterError> {
         let mut all = Vec::new();
         for index in 0..MOST_PARAMETERS {
             match self.ask(&ParameterRequest::At(index))? {
@@ -110,14 +112,14 @@ impl<W: Wire> Asking<'_, W> {
         Ok(all)
     }
 
-    fn named(&mut self, name: &str) -> Result<Parameter, ParameterError> {
+    fn named(&mut self, name: &str) -> Result<NodeParameter, ParameterError> {
         match self.ask(&ParameterRequest::Named(name.to_owned()))? {
             ParameterResponse::Parameter(Some(parameter)) => Ok(parameter),
             _ => Err(ParameterError::NoSuch { node: self.node, name: name.to_owned() }),
         }
     }
 
-    fn set(&mut self, name: &str, text: &str) -> Result<Parameter, ParameterError> {
+    fn set(&mut self, name: &str, text: &str) -> Result<NodeParameter, ParameterError> {
         let before = self.named(name)?;
         let value = wanted(&before, text)?;
         self.check_benches()?;
@@ -161,7 +163,7 @@ impl<W: Wire> Asking<'_, W> {
 }
 
 /// The value that `text` is of the parameter's type, if that may be.
-fn wanted(parameter: &Parameter, text: &str) -> Result<ParameterValue, ParameterError> {
+fn wanted(parameter: &NodeParameter, text: &str) -> Result<ParameterValue, ParameterError> {
     let name = || parameter.name.clone();
     let kind = parameter.value.as_ref().or(parameter.default.as_ref());
     let kind = kind.ok_or_else(|| ParameterError::NoValue { name: name() })?;
@@ -217,7 +219,7 @@ mod tests {
         task: &ParameterTask,
         others: Vec<(u64, Frame)>,
         benches: Benches<'_>,
-    ) -> (Result<Vec<Parameter>, ParameterError>, u64) {
+    ) -> (Result<Vec<NodeParameter>, ParameterError>, u64) {
         let bus = BusConfig { protocol: ProtocolName::Dronecan, ..BusConfig::default() };
         let bench = protocol(&bus, 0.02).expect("sound").bench_end(S);
         let wire = Emulated { bench, now_ns: S, others };

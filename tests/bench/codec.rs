@@ -4,7 +4,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::can::{
-    BusConfig, ByteOrder, Frame, Layout, MAXIMUM_LENGTH, Number, Payload, Roles, SignalCodec, walk,
+    BusConfig, ByteOrder, Frame, MAXIMUM_LENGTH, NumberFormat, Payload, Roles, SignalCodec, SignalLayout,
+    walk,
 };
 use rotorbench::signal::{Applied, Channel, Sample, Sensors};
 
@@ -15,13 +16,13 @@ fn payload() -> Payload {
 }
 
 /// One signal of each kind, in the places where ESCs and IMUs have them.
-fn signals() -> [(&'static str, Layout); 4] {
-    let layout = |start, size, order, number| Layout { start, size, order, number };
+fn signals() -> [(&'static str, SignalLayout); 4] {
+    let layout = |start, size, order, number| SignalLayout { start, size, order, number };
     [
-        ("little i16", layout(16, 16, ByteOrder::Little, Number::Signed)),
-        ("big i32", layout(7, 32, ByteOrder::Big, Number::Signed)),
-        ("little f32", layout(32, 32, ByteOrder::Little, Number::Float32)),
-        ("big u12 across bytes", layout(11, 12, ByteOrder::Big, Number::Unsigned)),
+        ("little i16", layout(16, 16, ByteOrder::Little, NumberFormat::Signed)),
+        ("big i32", layout(7, 32, ByteOrder::Big, NumberFormat::Signed)),
+        ("little f32", layout(32, 32, ByteOrder::Little, NumberFormat::Float32)),
+        ("big u12 across bytes", layout(11, 12, ByteOrder::Big, NumberFormat::Unsigned)),
     ]
 }
 

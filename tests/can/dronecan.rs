@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use rotorbench::can::dronecan::{
-    Assembler, Body, Compound, Definition, Frames, Header, Library, Place, Structure, Subscription,
-    TransferKind, Type, Value, decode, empty_message, encode,
+    Assembler, BitPlace, Compound, CompoundBody, Definition, Library, Structure, Subscription,
+    TransferFrames, TransferHeader, TransferKind, Type, Value, decode, empty_message, encode,
 };
-use rotorbench::can::{Frame, Id, Refusal};
+use rotorbench::can::{Frame, FrameRefusal, Id};
 use serde_json::Value as Json;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -33,9 +33,9 @@ pub static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
 
 fn part<'a>(compound: &'a Compound, part: &str) -> &'a Structure {
     match (&compound.body, part) {
-        (Body::Message(message), "message") => message,
-        (Body::Service(request, _), "request") => request,
-        (Body::Service(_, response), "response") => response,
+        (CompoundBody::Message(message), "message") => message,
+        (CompoundBody::Service(request, _), "request") => request,
+        (CompoundBody::Service(_, response), "response") => response,
         _ => panic!("{} has no {part}", compound.name),
     }
 }
@@ -44,7 +44,7 @@ fn part<'a>(compound: &'a Compound, part: &str) -> &'a Structure {
 struct Vector {
     compound: &'static Compound,
     part: String,
-    header: Header,
+    header: TransferHeader,
     transfer_id: u8,
     given: Value,
     read: Value,
@@ -73,7 +73,7 @@ impl Vector {
         };
         let structure = part(compound, &name);
         Self {
-            header: Header {
+            header: TransferHeader {
                 priority: number("priority") as u8,
                 type_id: compound.id.expect("a transfer has one"),
                 source: number("source") as u8,
@@ -109,7 +109,7 @@ fn message(structure: &Structure, json: &Json) -> Value {
 fn value(of: &Type, json: &Json) -> Value {
     match of {
         Type::Void(_) => unreachable!("left out"),
-        Type::Primitive(primitive) if primitive.kind == rotorbench::can::dronecan::Kind::Float => {
+        Type::Primitive(primitive) if primitive.kind == rotorbench::can::dronecan::NumberKind::Float => {
             Value::Float(
                 json.as_f64().unwrap_or_else(|| json.as_str().expect("a name").parse().expect("a float")),
             )
@@ -168,7 +168,7 @@ fn agrees_with_the_reference_bit_for_bit_both_ways() {
         let subscription = vector.subscription();
         let payload = encode(structure, &vector.given).expect("of this type");
         let frames: Vec<Frame> =
-            Frames::new(*header, subscription.seed, vector.transfer_id, &payload).collect();
+            TransferFrames::new(*header, subscription.seed, vector.transfer_id, &payload).collect();
         assert!(frames == vector.frames, "{name:?}: {:?}\n{frames:x?}\n{:x?}", vector.given, vector.frames);
         let mut assembler = Assembler::new(vec![subscription]);
         let (last, before) = vector.frames.split_last().expect("one at least");
@@ -198,7 +198,7 @@ fn a_place_holds_what_the_message_says() {
         let (Value::List(read), Value::List(given)) = (&vector.read, &vector.given) else { panic!("a list") };
         let mut written = vec![0; payload.len()];
         for (field, (read, given)) in message.fields.iter().zip(read.iter().zip(given)) {
-            let place = Place::find(message, &field.name).expect("fixed");
+            let place = BitPlace::find(message, &field.name).expect("fixed");
             let found = place.read(&payload).expect("there");
             match read {
                 Value::Integer(integer) => assert_eq!(found, *integer as f64, "{}", field.name),
@@ -236,18 +236,22 @@ fn status(source: u8, transfer_id: u8, rpm: i128) -> Vec<Frame> {
     let Value::List(mut values) = empty_message(message, 0.0) else { panic!("a structure") };
     values[4] = Value::Integer(rpm);
     let payload = encode(message, &Value::List(values)).expect("of this type");
-    let header = Header::message(16, 1034, source);
-    Frames::new(header, subscription.seed, transfer_id, &payload).collect()
+    let header = TransferHeader::message(16, 1034, source);
+    TransferFrames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
 
-fn rpm(assembler: &mut Assembler, frame: &Frame, now_ns: u64) -> Result<Option<(u8, f64, u64)>, Refusal> {
-    let place = Place::find(of_type("uavcan.equipment.esc.Status").message().expect("it is"), "rpm");
+fn rpm(
+    assembler: &mut Assembler,
+    frame: &Frame,
+    now_ns: u64,
+) -> Result<Option<(u8, f64, u64)>, FrameRefusal> {
+    let place = BitPlace::find(of_type("uavcan.equipment.esc.Status").message().expect("it is"), "rpm");
     let transfer = assembler.receive(frame, now_ns)?;
     Ok(transfer.map(|it| (it.header.source, place.expect("there").read(it.payload).expect("whole"), it.lost)))
 }
 
 /// What `frames` give, one each millisecond.
-fn received(frames: &[Frame]) -> (Vec<(u8, f64, u64)>, Vec<Refusal>) {
+fn received(frames: &[Frame]) -> (Vec<(u8, f64, u64)>, Vec<FrameRefusal>) {
     let (mut assembler, _) = listening("uavcan.equipment.esc.Status");
     let (mut whole, mut refused) = (Vec::new(), Vec::new());
     for (index, frame) in frames.iter().enumerate() {
@@ -278,7 +282,7 @@ fn a_frame_sent_twice_is_left_out_and_a_transfer_sent_twice_is_not_taken_twice()
     }
     let again = [frames.clone(), frames].concat();
     let (whole, refused) = received(&again);
-    assert_eq!((whole.len(), refused[0]), (1, Refusal::Counter));
+    assert_eq!((whole.len(), refused[0]), (1, FrameRefusal::Counter));
 }
 
 #[test]
@@ -303,12 +307,12 @@ fn a_wrong_bit_or_toggle_is_refused_by_cause() {
         frames[at] = Frame::classic(frames[at].id(), &data).expect("short");
         received(&frames)
     };
-    assert_eq!(change(1, 3, 0x10), (vec![], vec![Refusal::Checksum]));
-    assert_eq!(change(0, 0, 0x01), (vec![], vec![Refusal::Checksum]));
-    assert_eq!(change(0, 7, 0x20).1[0], Refusal::Toggle);
-    assert_eq!(change(1, 7, 0x20).1[0], Refusal::Toggle);
+    assert_eq!(change(1, 3, 0x10), (vec![], vec![FrameRefusal::Checksum]));
+    assert_eq!(change(0, 0, 0x01), (vec![], vec![FrameRefusal::Checksum]));
+    assert_eq!(change(0, 7, 0x20).1[0], FrameRefusal::Toggle);
+    assert_eq!(change(1, 7, 0x20).1[0], FrameRefusal::Toggle);
     // The number of another transfer.
-    assert_eq!(change(1, 7, 0x01).1, [Refusal::Incomplete, Refusal::Incomplete]);
+    assert_eq!(change(1, 7, 0x01).1, [FrameRefusal::Incomplete, FrameRefusal::Incomplete]);
 }
 
 #[test]
@@ -331,7 +335,7 @@ fn a_transfer_that_stops_midway_does_not_end_later() {
     for (frame, now_ns) in frames.iter().zip([MS, 2 * MS]) {
         assert_eq!(rpm(&mut assembler, frame, now_ns), Ok(None));
     }
-    assert_eq!(rpm(&mut assembler, &frames[2], 1_500 * MS), Err(Refusal::Incomplete));
+    assert_eq!(rpm(&mut assembler, &frames[2], 1_500 * MS), Err(FrameRefusal::Incomplete));
     // The stamp is that of the first frame: the values are no younger.
     for (frame, now_ns) in status(9, 6, 1).iter().zip([2_000 * MS, 2_001 * MS, 2_002 * MS]) {
         let transfer = assembler.receive(frame, now_ns).expect("sound");
@@ -345,34 +349,39 @@ fn what_is_no_transfer_is_refused() {
     let id = status(9, 0, 0)[0].id();
     let classic = |id, data: &[u8]| Frame::classic(id, data).expect("short");
     let mut refused = |frame: Frame| assembler.receive(&frame, MS).expect_err("refused");
-    assert_eq!(refused(classic(Id::Standard(0x10), &[0xC0])), Refusal::UnknownId);
-    assert_eq!(refused(classic(Id::Extended(0x1004_0B09), &[0xC0])), Refusal::UnknownId);
-    assert_eq!(refused(Frame::remote(id, 8).expect("short")), Refusal::UnknownId);
-    assert_eq!(refused(classic(id, &[])), Refusal::WrongLength);
+    assert_eq!(refused(classic(Id::Standard(0x10), &[0xC0])), FrameRefusal::UnknownId);
+    assert_eq!(refused(classic(Id::Extended(0x1004_0B09), &[0xC0])), FrameRefusal::UnknownId);
+    assert_eq!(refused(Frame::remote(id, 8).expect("short")), FrameRefusal::UnknownId);
+    assert_eq!(refused(classic(id, &[])), FrameRefusal::WrongLength);
     // Longer than any message of the type, and a part that is not full.
-    assert_eq!(refused(classic(id, &[1, 0x00])), Refusal::Incomplete);
+    assert_eq!(refused(classic(id, &[1, 0x00])), FrameRefusal::Incomplete);
     let begin = classic(id, &[1, 2, 3, 4, 5, 6, 7, 0x80]);
     let mut turn = |frames: &[Frame]| {
         let each = |_, frame| assembler.receive(frame, MS).map(|it| it.is_some());
         frames.iter().fold(Ok(false), each)
     };
-    assert_eq!(turn(&[begin, classic(id, &[1, 0x20])]), Err(Refusal::WrongLength));
+    assert_eq!(turn(&[begin, classic(id, &[1, 0x20])]), Err(FrameRefusal::WrongLength));
     let on = |toggle: u8| classic(id, &[1, 2, 3, 4, 5, 6, 7, toggle]);
-    assert_eq!(turn(&[begin, on(0x20), on(0x00)]), Err(Refusal::WrongLength));
-    assert_eq!(turn(&[classic(id, &[0x80])]), Err(Refusal::WrongLength));
+    assert_eq!(turn(&[begin, on(0x20), on(0x00)]), Err(FrameRefusal::WrongLength));
+    assert_eq!(turn(&[classic(id, &[0x80])]), Err(FrameRefusal::WrongLength));
 }
 
 /// A message of a node without an id is one frame; nothing puts two together.
 #[test]
 fn an_anonymous_message_is_one_frame() {
     let (mut assembler, _) = listening("uavcan.protocol.dynamic_node_id.Allocation");
-    let header =
-        Header { priority: 20, type_id: 1, source: 0, kind: TransferKind::Message, discriminator: 0x2AB };
+    let header = TransferHeader {
+        priority: 20,
+        type_id: 1,
+        source: 0,
+        kind: TransferKind::Message,
+        discriminator: 0x2AB,
+    };
     let frame = |tail: u8| Frame::classic(Id::Extended(header.id()), &[1, 2, 3, tail]).expect("short");
     for _ in 0..2 {
         let transfer = assembler.receive(&frame(0xC0), MS).expect("sound").expect("whole");
         assert_eq!((transfer.header, transfer.payload), (header, &[1, 2, 3][..]), "and a second one, too");
     }
-    assert_eq!(assembler.receive(&frame(0x80), MS), Err(Refusal::Incomplete));
-    assert_eq!(assembler.receive(&frame(0xE0), MS), Err(Refusal::Toggle));
+    assert_eq!(assembler.receive(&frame(0x80), MS), Err(FrameRefusal::Incomplete));
+    assert_eq!(assembler.receive(&frame(0xE0), MS), Err(FrameRefusal::Toggle));
 }

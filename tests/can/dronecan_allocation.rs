@@ -7,7 +7,7 @@ use std::io;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rotorbench::can::dronecan::{
-    Allocatee, AllocationEvent, AllocationTable, Allocator, DronecanConfig, Keep, NodeId, NodeMonitor,
+    Allocatee, AllocationEvent, AllocationTable, DronecanConfig, Keep, NodeId, NodeIdAllocator, NodeMonitor,
     Participant, TransferKind, UniqueId, Value,
 };
 use rotorbench::can::{BusConfig, Frame, Id, ProtocolName, protocol};
@@ -25,8 +25,8 @@ fn unique(first: u8, last: u8) -> UniqueId {
     id
 }
 
-fn allocator<'a>(range: (u8, u8), table: AllocationTable, keep: Keep<'a>) -> Allocator<'a> {
-    Allocator::new(NodeMonitor::new(127).expect("a number"), range, table, keep).expect("ids")
+fn allocator<'a>(range: (u8, u8), table: AllocationTable, keep: Keep<'a>) -> NodeIdAllocator<'a> {
+    NodeIdAllocator::new(NodeMonitor::new(127).expect("a number"), range, table, keep).expect("ids")
 }
 
 fn keeps<'a>() -> Keep<'a> {
@@ -44,7 +44,12 @@ struct Way {
 const GOOD: Way = Way { is_lost: false, is_doubled: false, late_ms: 0 };
 
 /// Lets all of them talk for so long; everybody hears everybody else.
-fn talk(allocator: &mut Allocator<'_>, nodes: &mut [Allocatee], seconds: u64, way: &mut dyn FnMut() -> Way) {
+fn talk(
+    allocator: &mut NodeIdAllocator<'_>,
+    nodes: &mut [Allocatee],
+    seconds: u64,
+    way: &mut dyn FnMut() -> Way,
+) {
     let mut under_way: Vec<(u64, usize, Frame)> = Vec::new();
     for turn in 1..=seconds * 200 {
         let now_ns = S + turn * 5 * MS;
@@ -72,7 +77,7 @@ fn talk(allocator: &mut Allocator<'_>, nodes: &mut [Allocatee], seconds: u64, wa
     }
 }
 
-fn given(allocator: &mut Allocator<'_>) -> Vec<(UniqueId, u8, bool)> {
+fn given(allocator: &mut NodeIdAllocator<'_>) -> Vec<(UniqueId, u8, bool)> {
     let mut given = Vec::new();
     while let Some(event) = allocator.take_event() {
         match event {
@@ -173,7 +178,7 @@ fn where_another_allocator_is_nothing_is_given() {
     assert!(nodes[0].given().is_none() && gives.take_event().is_none());
     for range in [(0, 5), (5, 128), (6, 5)] {
         let call = NodeMonitor::new(127).expect("a number");
-        assert!(Allocator::new(call, range, AllocationTable::new(), keeps()).is_err(), "{range:?}");
+        assert!(NodeIdAllocator::new(call, range, AllocationTable::new(), keeps()).is_err(), "{range:?}");
     }
 }
 
@@ -249,7 +254,7 @@ proptest! {
             .collect();
         let (ids, mut talkers): (Vec<UniqueId>, Vec<Allocatee>) = nodes.drain(..).unzip();
         let mut ways = ways.into_iter().cycle();
-        let check = |gives: &Allocator<'_>, talkers: &[Allocatee]| {
+        let check = |gives: &NodeIdAllocator<'_>, talkers: &[Allocatee]| {
             let given: Vec<u8> = talkers.iter().filter_map(|it| it.given()).map(|it| it.0).collect();
             let different: BTreeSet<u8> = given.iter().copied().collect();
             assert_eq!(given.len(), different.len());

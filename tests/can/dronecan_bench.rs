@@ -1,11 +1,12 @@
 //! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
 
-use rotorbench::can::dronecan::{Body, NodeMonitor, Participant, Value, decode, empty_message};
 use rotorbench::can::dronecan::{
-    CommandKind, DsdlConfig, Frames, Header, Library, NodeId, Subscription, TransferKind, encode,
+    CommandKind, DsdlConfig, Library, NodeId, Subscription, TransferFrames, TransferHeader, TransferKind,
+    encode,
 };
+use rotorbench::can::dronecan::{CompoundBody, NodeMonitor, Participant, Value, decode, empty_message};
 use rotorbench::can::{
-    BenchEnd, BridgeEnd, BusConfig, CanError, Frame, NodeTrouble, ProtocolName, Refusal, RotorCommands,
+    BenchEnd, BridgeEnd, BusConfig, CanError, Frame, FrameRefusal, NodeTrouble, ProtocolName, RotorCommands,
     SignalConfig, protocol,
 };
 use rotorbench::signal::{Applied, Channel, Sample, Sensors};
@@ -51,15 +52,15 @@ pub fn transfer(name: &str, kind: TransferKind, source: u8, transfer_id: u8, val
     let library = Library::build(&[]).expect("sound");
     let compound = library.get(name).expect("published");
     let structure = match (&compound.body, kind) {
-        (Body::Message(message), _) => message,
-        (Body::Service(request, _), TransferKind::Request { .. }) => request,
-        (Body::Service(_, response), _) => response,
+        (CompoundBody::Message(message), _) => message,
+        (CompoundBody::Service(request, _), TransferKind::Request { .. }) => request,
+        (CompoundBody::Service(_, response), _) => response,
     };
     let type_id = compound.id.expect("sent");
     let subscription = Subscription::new(type_id, kind, compound.signature, structure.most_bits());
     let payload = encode(structure, value).expect("of this type");
-    let header = Header { priority: 16, type_id, source, kind, discriminator: 0 };
-    Frames::new(header, subscription.seed, transfer_id, &payload).collect()
+    let header = TransferHeader { priority: 16, type_id, source, kind, discriminator: 0 };
+    TransferFrames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
 
 pub fn integers(values: &[i128]) -> Value {
@@ -205,7 +206,7 @@ fn who_asks_what_a_node_is_is_told_in_a_few_frames_a_period() {
     }
     let library = Library::build(&[]).expect("sound");
     let compound = library.get("uavcan.protocol.GetNodeInfo").expect("published");
-    let Body::Service(_, response) = &compound.body else { panic!("a service") };
+    let CompoundBody::Service(_, response) = &compound.body else { panic!("a service") };
     let subscription =
         Subscription::new(1, TransferKind::Response { to: 9 }, compound.signature, response.most_bits());
     let mut assembler = rotorbench::can::dronecan::Assembler::new(vec![subscription]);
@@ -233,19 +234,19 @@ fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign()
     };
     assert_eq!(last(raw_command(9, 0, &[])), None, "nobody is commanded");
     // Our commands hold zeros for these two.
-    assert_eq!(last(raw_command(9, 3, &[100, 100])), Some(Refusal::ForeignCommand));
-    assert_eq!(last(raw_command(9, 4, &[0])), Some(Refusal::ForeignCommand));
-    assert_eq!(last(raw_command(9, 1, &[100, 100, 0])), Some(Refusal::ForeignCommand));
-    assert_eq!(last(raw_command(9, 2, &[0; 20])), Some(Refusal::ForeignCommand), "in six frames");
+    assert_eq!(last(raw_command(9, 3, &[100, 100])), Some(FrameRefusal::ForeignCommand));
+    assert_eq!(last(raw_command(9, 4, &[0])), Some(FrameRefusal::ForeignCommand));
+    assert_eq!(last(raw_command(9, 1, &[100, 100, 0])), Some(FrameRefusal::ForeignCommand));
+    assert_eq!(last(raw_command(9, 2, &[0; 20])), Some(FrameRefusal::ForeignCommand), "in six frames");
     let rpm = Value::List(vec![integers(&[500; 4])]);
     let rpm = transfer("uavcan.equipment.esc.RPMCommand", TransferKind::Message, 9, 0, &rpm);
-    assert_eq!(last(rpm), Some(Refusal::ForeignCommand));
+    assert_eq!(last(rpm), Some(FrameRefusal::ForeignCommand));
     for (transfer_id, status) in [(0, 0), (1, 255)] {
         let status = Value::List(vec![Value::Integer(status)]);
         let arming = |source, id| {
             transfer("uavcan.equipment.safety.ArmingStatus", TransferKind::Message, source, id, &status)
         };
-        assert_eq!(last(arming(9, transfer_id)), Some(Refusal::ForeignCommand));
+        assert_eq!(last(arming(9, transfer_id)), Some(FrameRefusal::ForeignCommand));
         // With our own number it is found as a second node with that.
         assert_eq!(last(arming(100, transfer_id)), None);
     }
@@ -271,7 +272,10 @@ fn two_benches_on_one_bus_are_foreign_to_each_other_whatever_their_indices() {
                 let heard = &mut benches[1 - from];
                 let mut sensors = Sensors::default();
                 let refused = frames.iter().filter_map(|frame| heard.receive(frame, S, &mut sensors).refused);
-                assert!(refused.collect::<Vec<_>>().contains(&Refusal::ForeignCommand), "{state}, {from}");
+                assert!(
+                    refused.collect::<Vec<_>>().contains(&FrameRefusal::ForeignCommand),
+                    "{state}, {from}"
+                );
             }
         }
     }
@@ -281,7 +285,7 @@ fn two_benches_on_one_bus_are_foreign_to_each_other_whatever_their_indices() {
 fn turn(bridge: &mut dyn BridgeEnd, bench: &mut dyn BenchEnd, now_ns: u64, without_status_of: Option<u8>) {
     let mut sensors = Sensors::default();
     for frame in sent(bench, now_ns, &measured(now_ns)) {
-        let header = Header::parse(frame.id().number());
+        let header = TransferHeader::parse(frame.id().number());
         if header.type_id != 341 || Some(header.source) != without_status_of {
             bridge.receive(&frame, now_ns, &mut sensors);
         }
@@ -357,7 +361,7 @@ fn of_two_that_measure_the_same_the_first_is_believed_until_it_is_silent() {
         (refused, sensors.body_rate.value)
     };
     assert_eq!(say(40, 0, 1.0, S), (None, 1.0));
-    assert_eq!(say(41, 0, 2.0, S + MS), (Some(Refusal::OtherNode), 0.0));
+    assert_eq!(say(41, 0, 2.0, S + MS), (Some(FrameRefusal::OtherNode), 0.0));
     assert_eq!(say(40, 1, 3.0, S + 2 * MS), (None, 3.0));
     assert_eq!(say(41, 1, 4.0, 5 * S), (None, 4.0), "the first one is silent");
 }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rotorbench::can::dronecan::{
-    Parameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue, Participant,
+    NodeParameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue, Participant,
     TransferKind, Value,
 };
 use rotorbench::can::{BenchEnd, Frame, Id, RotorCommands};
@@ -42,7 +42,7 @@ fn ask(
     None
 }
 
-fn parameter(answer: Option<ParameterResponse>) -> Option<Parameter> {
+fn parameter(answer: Option<ParameterResponse>) -> Option<NodeParameter> {
     match answer {
         Some(ParameterResponse::Parameter(parameter)) => parameter,
         other => panic!("no parameter: {other:?}"),

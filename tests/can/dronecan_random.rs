@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use rotorbench::can::dronecan::{Assembler, Definition, Header, Library, decode, encode};
+use rotorbench::can::dronecan::{Assembler, Definition, Library, TransferHeader, decode, encode};
 use rotorbench::can::{Frame, Id};
 
 use super::dronecan::{LIBRARY, listening, same};
@@ -32,7 +32,7 @@ proptest! {
             let type_id = [1034, 1030, 1003, 7][usize::from(of)];
             // Few numbers of transfers, so that some come together.
             let bytes: Vec<u8> = data.into_iter().chain([tail << 5]).collect();
-            let frame = Frame::classic(Id::Extended(Header::message(8, type_id, source).id()), &bytes).expect("short");
+            let frame = Frame::classic(Id::Extended(TransferHeader::message(8, type_id, source).id()), &bytes).expect("short");
             if let Ok(Some(transfer)) = assembler.receive(&frame, index as u64 * 10 * MS) {
                 let (subscription, length) = (transfer.subscription, transfer.payload.len());
                 prop_assert!(length <= assembler.subscriptions()[subscription].most.max(7));

@@ -4,8 +4,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rotorbench::can::{
-    BusConfig, ByteOrder, Database, Frame, Id, Layout, MAXIMUM_LENGTH, Number, Payload, Roles, SignalCodec,
-    walk,
+    BusConfig, ByteOrder, Database, Frame, Id, MAXIMUM_LENGTH, NumberFormat, Payload, Roles, SignalCodec,
+    SignalLayout, walk,
 };
 use rotorbench::signal::Sensors;
 
@@ -22,15 +22,15 @@ fn payload() -> impl Strategy<Value = Payload> {
         .prop_map(|bytes| bytes.try_into().expect("the length of a payload"))
 }
 
-fn layout() -> impl Strategy<Value = Layout> {
+fn layout() -> impl Strategy<Value = SignalLayout> {
     let order = prop_oneof![Just(ByteOrder::Little), Just(ByteOrder::Big)];
     let number = prop_oneof![
-        3 => (1_u16..=64).prop_map(|size| (size, Number::Unsigned)),
-        3 => (1_u16..=64).prop_map(|size| (size, Number::Signed)),
-        1 => Just((32, Number::Float32)),
-        1 => Just((64, Number::Float64)),
+        3 => (1_u16..=64).prop_map(|size| (size, NumberFormat::Unsigned)),
+        3 => (1_u16..=64).prop_map(|size| (size, NumberFormat::Signed)),
+        1 => Just((32, NumberFormat::Float32)),
+        1 => Just((64, NumberFormat::Float64)),
     ];
-    (0_u16..512, order, number).prop_map(|(start, order, (size, number))| Layout {
+    (0_u16..512, order, number).prop_map(|(start, order, (size, number))| SignalLayout {
         start,
         size,
         order,
@@ -83,13 +83,13 @@ proptest! {
     ) {
         let Ok(codec) = SignalCodec::build(layout, MAXIMUM_LENGTH, factor, offset) else { return Ok(()) };
         let (least, greatest) = codec.span();
-        let integer = matches!(layout.number, Number::Unsigned | Number::Signed);
+        let integer = matches!(layout.number, NumberFormat::Unsigned | NumberFormat::Signed);
         let value = if integer { least + part * (greatest - least) } else { part * 1e6 - 5e5 };
         let mut encoded = payload;
         codec.encode(&mut encoded, value);
         // Half a step of an integer; the resolution of the float; and of f64 itself, for the widest.
         let step = if integer { 0.5 * factor.abs() } else { 0.0 };
-        let float = if layout.number == Number::Float32 { 1e-7 } else { 1e-15 };
+        let float = if layout.number == NumberFormat::Float32 { 1e-7 } else { 1e-15 };
         let rounding = float * (value.abs() + offset.abs()) + 1e-15 * (greatest - least).min(1e30);
         prop_assert!((codec.decode(&encoded) - value).abs() <= step + 4.0 * rounding, "{codec:?}: {value}");
         for beyond in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rotorbench::can::{Database, Id, MAXIMUM_LENGTH, Message, Number};
+use rotorbench::can::{Database, Id, MAXIMUM_LENGTH, Message, NumberFormat};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -104,7 +104,8 @@ fn differs_after_encoding(message: &Message, payload: &[u8]) -> Option<String> {
         let (raw, value) = values.get(signal.name.as_str())?;
         let layout = signal.codec.layout();
         // Of longer integers neighbours may share a value, and an offset eats the digits of a small float.
-        let is_exact = layout.size <= 32 && matches!(layout.number, Number::Unsigned | Number::Signed);
+        let is_exact =
+            layout.size <= 32 && matches!(layout.number, NumberFormat::Unsigned | NumberFormat::Signed);
         let found = again.get(signal.name.as_str());
         let name = &signal.name;
         (is_exact && found != Some(raw))

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use proptest::prelude::*;
 use rotorbench::can::{
-    BusConfig, CommandField, DatabaseConfig, Frame, Id, MessageConfig, Refusal, Roles, RotorCommands,
+    BusConfig, CommandField, DatabaseConfig, Frame, FrameRefusal, Id, MessageConfig, Roles, RotorCommands,
     SignalConfig,
 };
 use rotorbench::signal::{Applied, Channel, Health, Sample, Sensors};
@@ -202,19 +202,19 @@ fn a_bad_frame_moves_no_value_and_is_counted_by_cause() {
     roles.decode_sensors(&mut state, &gyro(1, 2.5), 10, &mut sensors);
     let short = Frame::classic(Id::Standard(0x20), &[0; 7]).expect("fits");
     let cases = [
-        (gyro(2, f32::NAN), Refusal::NotANumber, Health::NOT_A_NUMBER),
-        (gyro(3, f32::INFINITY), Refusal::NotANumber, Health::NOT_A_NUMBER),
-        (gyro(4, 41.0), Refusal::OutOfRange, Health::OUT_OF_RANGE),
-        (gyro(4, 1.0), Refusal::Counter, Health::COUNTER),
-        (gyro(200, 1.0), Refusal::Counter, Health::COUNTER),
-        (short, Refusal::WrongLength, 0),
-        (Frame::classic(Id::Standard(0x21), &[0; 8]).expect("fits"), Refusal::UnknownId, 0),
-        (Frame::classic(Id::Extended(0x20), &[0; 8]).expect("fits"), Refusal::UnknownId, 0),
-        (Frame::remote(Id::Standard(0x20), 8).expect("fits"), Refusal::UnknownId, 0),
+        (gyro(2, f32::NAN), FrameRefusal::NotANumber, Health::NOT_A_NUMBER),
+        (gyro(3, f32::INFINITY), FrameRefusal::NotANumber, Health::NOT_A_NUMBER),
+        (gyro(4, 41.0), FrameRefusal::OutOfRange, Health::OUT_OF_RANGE),
+        (gyro(4, 1.0), FrameRefusal::Counter, Health::COUNTER),
+        (gyro(200, 1.0), FrameRefusal::Counter, Health::COUNTER),
+        (short, FrameRefusal::WrongLength, 0),
+        (Frame::classic(Id::Standard(0x21), &[0; 8]).expect("fits"), FrameRefusal::UnknownId, 0),
+        (Frame::classic(Id::Extended(0x20), &[0; 8]).expect("fits"), FrameRefusal::UnknownId, 0),
+        (Frame::remote(Id::Standard(0x20), 8).expect("fits"), FrameRefusal::UnknownId, 0),
         // Only we command the rotors; what somebody else sends with that identifier is no value, whatever its length.
-        (Frame::classic(Id::Standard(0x10), &[0; 8]).expect("fits"), Refusal::ForeignCommand, 0),
-        (Frame::classic(Id::Standard(0x10), &[]).expect("fits"), Refusal::ForeignCommand, 0),
-        (Frame::remote(Id::Standard(0x10), 8).expect("fits"), Refusal::UnknownId, 0),
+        (Frame::classic(Id::Standard(0x10), &[0; 8]).expect("fits"), FrameRefusal::ForeignCommand, 0),
+        (Frame::classic(Id::Standard(0x10), &[]).expect("fits"), FrameRefusal::ForeignCommand, 0),
+        (Frame::remote(Id::Standard(0x10), 8).expect("fits"), FrameRefusal::UnknownId, 0),
     ];
     for (frame, refusal, health) in cases {
         let mut after = sensors;

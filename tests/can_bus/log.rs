@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use rotorbench::can::{Arrival, Frame, Id, Kind};
+use rotorbench::can::{Arrival, Frame, FrameKind, Id};
 use rotorbench::recording::{RawFrame, Recorder, RecorderOptions, Recording, RecordingMetadata};
 
 use crate::bus::{Bus, receive, run};
@@ -19,14 +19,14 @@ for m in can.LogReader(sys.argv[1]):
 "##;
 
 fn frames() -> Vec<Frame> {
-    let fd = |bit_rate_switch, error_state| Kind::Fd { bit_rate_switch, error_state };
+    let fd = |bit_rate_switch, error_state| FrameKind::Fd { bit_rate_switch, error_state };
     let long: Vec<u8> = (0..64).collect();
     let frame = |id, kind, data: &[u8]| Frame::new(id, kind, data).expect("fits");
     vec![
-        frame(Id::Standard(0x117), Kind::Classic, &[0, 0, 0xC7, 0x38]),
+        frame(Id::Standard(0x117), FrameKind::Classic, &[0, 0, 0xC7, 0x38]),
         // The same number in 29 bits is another frame.
-        frame(Id::Extended(0x117), Kind::Classic, &[0, 0, 0xC7, 0x38, 1, 2, 3, 4]),
-        frame(Id::Extended(0x1FFF_FFFF), Kind::Classic, &[]),
+        frame(Id::Extended(0x117), FrameKind::Classic, &[0, 0, 0xC7, 0x38, 1, 2, 3, 4]),
+        frame(Id::Extended(0x1FFF_FFFF), FrameKind::Classic, &[]),
         Frame::remote(Id::Standard(0x123), 4).expect("fits"),
         Frame::remote(Id::Extended(7), 0).expect("fits"),
         frame(Id::Standard(0x7FF), fd(false, false), &[0xA5; 12]),
@@ -37,10 +37,10 @@ fn frames() -> Vec<Frame> {
 
 /// A frame as python-can should have read it.
 fn as_read(frame: &Frame, microseconds: u64, interface: &str) -> String {
-    let (extended, is_remote) = (frame.id().is_extended(), frame.kind() == Kind::Remote);
+    let (extended, is_remote) = (frame.id().is_extended(), frame.kind() == FrameKind::Remote);
     let (fd, brs, esi) = match frame.kind() {
-        Kind::Fd { bit_rate_switch, error_state } => (true, bit_rate_switch, error_state),
-        Kind::Classic | Kind::Remote => (false, false, false),
+        FrameKind::Fd { bit_rate_switch, error_state } => (true, bit_rate_switch, error_state),
+        FrameKind::Classic | FrameKind::Remote => (false, false, false),
     };
     let flags: String =
         [extended, is_remote, false, fd, brs, esi].map(|it| if it { '1' } else { '0' }).iter().collect();

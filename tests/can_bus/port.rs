@@ -1,7 +1,7 @@
 //! The port on a real bus.
 
 use rotorbench::can::{
-    Arrival, BusConfig, CanError, Fault, Frame, Id, InterfaceStatus, Kind, Port, Roles, RotorCommands,
+    Arrival, BusConfig, BusFault, CanError, Frame, FrameKind, Id, InterfaceStatus, Port, Roles, RotorCommands,
 };
 use rotorbench::clock::monotonic_ns;
 use rotorbench::signal::Applied;
@@ -18,7 +18,7 @@ fn frame(number: u32, data: &[u8]) -> Frame {
 fn frames_of_every_kind_cross_with_stamps_and_come_back_as_echo() {
     let bus = Bus::new();
     let (mut one, mut other) = (bus.port(), bus.port());
-    let fd = Kind::Fd { bit_rate_switch: true, error_state: false };
+    let fd = FrameKind::Fd { bit_rate_switch: true, error_state: false };
     let long = Frame::new(Id::Extended(0x1234_5678), fd, &[0xA5; 64]).expect("fits");
     let remote = Frame::remote(Id::Standard(7), 4).expect("fits");
     let sent = [frame(0x7FF, &[1, 2, 3]), frame(0x1ABC_DEF0, &[0xFF; 8]), frame(1, &[]), long, remote];
@@ -150,8 +150,8 @@ fn an_interface_that_goes_down_and_up_is_said_and_used_again() {
     let bus = Bus::new();
     let (mut one, mut other) = (bus.port(), bus.port());
     bus.down();
-    assert_eq!(one.send(&frame(1, &[])), Err(Fault::Down));
-    assert_eq!(other.receive(|_| ()), Err(Fault::Down));
+    assert_eq!(one.send(&frame(1, &[])), Err(BusFault::Down));
+    assert_eq!(other.receive(|_| ()), Err(BusFault::Down));
     assert_eq!(other.receive(|_| ()), Ok(0), "said once");
     assert!(!InterfaceStatus::read(&bus.name).expect("there").is_up);
     assert!(matches!(Port::open(&bus.name, false), Err(CanError::Interface { .. })));
@@ -170,7 +170,7 @@ fn an_interface_that_is_not_there_or_goes_away_is_said_by_name() {
     let mut port = bus.port();
     let name = bus.name.clone();
     drop(bus);
-    assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone), "{name}");
+    assert_eq!(port.send(&frame(1, &[])), Err(BusFault::Gone), "{name}");
     assert!(InterfaceStatus::read(&name).is_err());
     assert_eq!(InterfaceStatus::find(&name).expect("a kernel with CAN"), None);
 }
@@ -233,7 +233,7 @@ fn frames_from_before_an_interface_went_keep_their_time() {
     one.send(&frame(7, &[])).expect("there is room");
     ip(&["link", "delete", &bus.name]);
     let gone_ns = monotonic_ns();
-    assert_eq!(other.receive(|_| ()), Err(Fault::Gone));
+    assert_eq!(other.receive(|_| ()), Err(BusFault::Gone));
     make(&bus.name, "72");
     // It is there before the port looks again: the same look joins it and reads what still waits.
     eventually(|| other.answer().filter(|answer| answer.status.is_up));
@@ -255,7 +255,7 @@ fn an_interface_that_comes_back_as_another_is_not_joined() {
     let bus = Bus::new();
     let mut port = bus.port();
     ip(&["link", "delete", &bus.name]);
-    assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone));
+    assert_eq!(port.send(&frame(1, &[])), Err(BusFault::Gone));
     // Without FD, which this port was opened for.
     make(&bus.name, "16");
     let answer = eventually(|| {
@@ -265,7 +265,7 @@ fn an_interface_that_comes_back_as_another_is_not_joined() {
     assert!(!answer.is_as_opened && !answer.status.fd, "{answer:?}");
     for _ in 0..100 {
         let _ = port.receive(|_| ());
-        assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone));
+        assert_eq!(port.send(&frame(1, &[])), Err(BusFault::Gone));
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
     assert_eq!(port.counts().rejoined, 0);
@@ -299,7 +299,7 @@ fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_shows_by_its_echo() {
     // The kernel's least send buffer, 4,608 bytes, holds six to eight frames with their book-keeping.
     assert!((1..=10).contains(&accepted), "{accepted} frames wait to be sent");
     assert!(
-        outcomes.iter().skip(accepted as usize).all(|outcome| *outcome == Err(Fault::Full)),
+        outcomes.iter().skip(accepted as usize).all(|outcome| *outcome == Err(BusFault::Full)),
         "{outcomes:?}"
     );
     assert_eq!((port.counts().sent, port.counts().full), (accepted, SENT - accepted));
@@ -322,7 +322,7 @@ fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_shows_by_its_echo() {
 fn an_echo_apart_is_heard_and_another_sender_is_not() {
     let bus = Bus::new();
     let (mut port, mut other) = (commander(&bus), bus.port());
-    let fd = Kind::Fd { bit_rate_switch: true, error_state: false };
+    let fd = FrameKind::Fd { bit_rate_switch: true, error_state: false };
     let long = Frame::new(Id::Standard(0x10), fd, &[0xA5; 64]).expect("fits");
     let own = [frame(0x10, &[1]), frame(0x1234_5678, &[2]), long];
     let before_ns = monotonic_ns();
@@ -384,7 +384,7 @@ fn an_echo_apart_shows_a_dead_bus_and_is_heard_after_the_interface_was_made_agai
     assert_eq!(port.echo_age_ns(monotonic_ns()), 0);
 
     ip(&["link", "delete", &bus.name]);
-    assert_eq!(port.send(&frame(0x10, &[])), Err(Fault::Gone));
+    assert_eq!(port.send(&frame(0x10, &[])), Err(BusFault::Gone));
     make(&bus.name, "72");
     eventually(|| {
         let _ = port.receive(|_| ());

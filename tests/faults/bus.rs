@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use rotorbench::can::{Arrival, Bus, ErrorFrame, Fault, Frame, PortCounts};
+use rotorbench::can::{Arrival, Bus, BusFault, ErrorFrame, Frame, PortCounts};
 
 /// State of the bridge's interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,13 +96,17 @@ impl MemoryBus {
 }
 
 impl Bus for MemoryBus {
-    fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+    fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, BusFault> {
         let mut inner = self.0.borrow_mut();
         let now_ns = inner.now_ns;
         if matches!(inner.interface, Interface::Down | Interface::Gone) {
             // What is sent meanwhile is on no wire of ours.
             inner.arrivals.clear();
-            return if std::mem::replace(&mut inner.has_said_down, true) { Ok(0) } else { Err(Fault::Down) };
+            return if std::mem::replace(&mut inner.has_said_down, true) {
+                Ok(0)
+            } else {
+                Err(BusFault::Down)
+            };
         }
         let (mut due, later): (Vec<_>, Vec<_>) =
             std::mem::take(&mut inner.arrivals).into_iter().partition(|(due_ns, _)| *due_ns <= now_ns);
@@ -125,7 +129,7 @@ impl Bus for MemoryBus {
         Ok(count)
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+    fn send(&mut self, frame: &Frame) -> Result<(), BusFault> {
         let mut inner = self.0.borrow_mut();
         let now_ns = inner.now_ns;
         inner.waiting_since_ns.get_or_insert(now_ns);
@@ -139,16 +143,16 @@ impl Bus for MemoryBus {
                 inner.queued += 1;
                 None
             }
-            Interface::Off | Interface::Full => Some(Fault::Full),
-            Interface::Down => Some(Fault::Down),
-            Interface::Gone => Some(Fault::Gone),
+            Interface::Off | Interface::Full => Some(BusFault::Full),
+            Interface::Down => Some(BusFault::Down),
+            Interface::Gone => Some(BusFault::Gone),
         };
         let Some(fault) = fault else {
             inner.counts.sent += 1;
             return Ok(());
         };
         match fault {
-            Fault::Full => inner.counts.full += 1,
+            BusFault::Full => inner.counts.full += 1,
             _ => inner.counts.down += 1,
         }
         Err(fault)

@@ -1,6 +1,6 @@
 //! The bench on DroneCAN: each ESC and the IMU a node, and what a node, or the way of its frames, does wrong.
 
-use rotorbench::can::dronecan::{Header, TransferKind};
+use rotorbench::can::dronecan::{TransferHeader, TransferKind};
 use rotorbench::can::{BenchEnd, BusConfig, Frame, Id, Protocol, ProtocolName, RotorCommands, protocol};
 use rotorbench::signal::Sensors;
 
@@ -92,7 +92,7 @@ impl<'a> Nodes<'a> {
 
     /// A frame as it arrives, if it does.
     fn spoil(&self, slot: u64, frame: Frame) -> Option<Frame> {
-        let Header { type_id, source, .. } = header(&frame)?;
+        let TransferHeader { type_id, source, .. } = header(&frame)?;
         let (tail, is_first) = (frame.data().last()?, frame.data().last()? & 0x80 != 0);
         let is_long = tail & 0xC0 != 0xC0;
         match self.fault {
@@ -138,16 +138,16 @@ impl<'a> Nodes<'a> {
     }
 }
 
-fn header(frame: &Frame) -> Option<Header> {
+fn header(frame: &Frame) -> Option<TransferHeader> {
     match frame.id() {
-        Id::Extended(id) => Some(Header::parse(id)).filter(|it| it.kind == TransferKind::Message),
+        Id::Extended(id) => Some(TransferHeader::parse(id)).filter(|it| it.kind == TransferKind::Message),
         Id::Standard(_) => None,
     }
 }
 
 /// `ArmingStatus` 0 of another node; each a transfer of its own.
 fn disarmed(slot: u64) -> Frame {
-    let id = Id::Extended(Header::message(16, ARMING, OTHER).id());
+    let id = Id::Extended(TransferHeader::message(16, ARMING, OTHER).id());
     Frame::classic(id, &[0, 0xC0 | (slot % 31) as u8]).expect("short")
 }
 

@@ -5,10 +5,10 @@ use proptest::prelude::*;
 use crate::can::codec::*;
 
 /// Rounding and limiting as their definitions say, in integers, without the addition that does it at once.
-fn nearest(layout: Layout, number: f64) -> u64 {
+fn nearest(layout: SignalLayout, number: f64) -> u64 {
     let mask = u64::MAX >> (64 - layout.size);
     let (least, greatest) = match layout.number {
-        Number::Signed => (-i128::from(mask >> 1) - 1, i128::from(mask >> 1)),
+        NumberFormat::Signed => (-i128::from(mask >> 1) - 1, i128::from(mask >> 1)),
         _ => (0, i128::from(mask)),
     };
     let below = number.floor();
@@ -29,8 +29,8 @@ proptest! {
         part in prop_oneof![Just(0.0), Just(0.5), Just(0.499_999_999_999_999_94), Just(0.500_000_000_000_000_1), 0.0..1.0],
         scale in prop_oneof![Just(1.0), Just(1e-3), Just(1e12)],
     ) {
-        let number = if signed { Number::Signed } else { Number::Unsigned };
-        let layout = Layout { start: 0, size, order: ByteOrder::Little, number };
+        let number = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
+        let layout = SignalLayout { start: 0, size, order: ByteOrder::Little, number };
         let codec = SignalCodec::build(layout, 8, 1.0, 0.0).expect("fits");
         let value = (base as f64 + part) * scale;
         prop_assert_eq!(codec.unscale(value), nearest(layout, value), "{}", value);
@@ -45,7 +45,7 @@ fn a_signal_is_read_in_one_load_where_eight_bytes_hold_it() {
         .flat_map(|start| (1..=64_u16).map(move |size| (start, size)))
         .flat_map(|(start, size)| [ByteOrder::Little, ByteOrder::Big].map(|order| (start, size, order)))
     {
-        let layout = Layout { start, size, order, number: Number::Unsigned };
+        let layout = SignalLayout { start, size, order, number: NumberFormat::Unsigned };
         let bytes = walk::occupied(layout);
         let first = bytes.iter().position(|bits| *bits != 0);
         let last = bytes.iter().rposition(|bits| *bits != 0);
@@ -60,7 +60,7 @@ fn a_signal_is_read_in_one_load_where_eight_bytes_hold_it() {
 
 #[test]
 fn no_message_is_longer_than_a_payload() {
-    let layout = Layout { start: 0, size: 8, order: ByteOrder::Little, number: Number::Unsigned };
+    let layout = SignalLayout { start: 0, size: 8, order: ByteOrder::Little, number: NumberFormat::Unsigned };
     assert!(SignalCodec::build(layout, MAXIMUM_LENGTH, 1.0, 0.0).is_ok());
     let refused = SignalCodec::build(layout, MAXIMUM_LENGTH + 1, 1.0, 0.0);
     assert_eq!(refused, Err(LayoutError::Outside(65)));
@@ -72,7 +72,8 @@ fn integers_are_rounded_once() {
     for (size, factor, offset) in
         [(64_u16, 3_i64, 0_i64), (60, 1_000_003, 0), (50, 1025, 1 << 60), (50, -1025, 1 << 60)]
     {
-        let layout = Layout { start: 0, size, order: ByteOrder::Little, number: Number::Unsigned };
+        let layout =
+            SignalLayout { start: 0, size, order: ByteOrder::Little, number: NumberFormat::Unsigned };
         let codec = SignalCodec::build(layout, 8, factor as f64, offset as f64).expect("fits");
         let mut raw = 1_u64;
         for _ in 0..2_000 {
@@ -86,7 +87,7 @@ fn integers_are_rounded_once() {
 
 #[test]
 fn what_cannot_carry_a_value_is_refused() {
-    let layout = Layout { start: 0, size: 8, order: ByteOrder::Little, number: Number::Unsigned };
+    let layout = SignalLayout { start: 0, size: 8, order: ByteOrder::Little, number: NumberFormat::Unsigned };
     let infinite = f64::INFINITY;
     for (factor, offset) in [
         (0.0, 0.0),
@@ -109,8 +110,8 @@ proptest! {
         size in 1_u16..=64, signed: bool, raw: u64, factor in 1_i64..(1 << 40), narrow in 0_u32..40, negative: bool,
         offset in prop_oneof![Just(0_i64), -1000_i64..1000, any::<i64>().prop_map(|it| it >> 3)],
     ) {
-        let number = if signed { Number::Signed } else { Number::Unsigned };
-        let layout = Layout { start: 0, size, order: ByteOrder::Little, number };
+        let number = if signed { NumberFormat::Signed } else { NumberFormat::Unsigned };
+        let layout = SignalLayout { start: 0, size, order: ByteOrder::Little, number };
         let factor = (factor >> narrow).max(1) * if negative { -1 } else { 1 };
         // As the codec is given it.
         let offset = offset as f64;
@@ -125,7 +126,8 @@ proptest! {
 
 #[test]
 fn what_is_no_number_gives_the_bits_of_zero() {
-    let layout = |size| Layout { start: 0, size, order: ByteOrder::Little, number: Number::Signed };
+    let layout =
+        |size| SignalLayout { start: 0, size, order: ByteOrder::Little, number: NumberFormat::Signed };
     for size in [8, 51, 52, 64] {
         let codec = SignalCodec::build(layout(size), 8, 0.5, 1.0).expect("fits");
         assert_eq!(codec.unscale(f64::NAN), codec.unscale(0.0), "{size} bits");

@@ -3,11 +3,11 @@
 use crate::can::error::CanError;
 use crate::can::frame::Frame;
 
-use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
+use super::allocation::{AllocationMessage, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
 use super::participant::Participant;
-use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, TransferKind, priority};
+use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, TransferKind, priority};
 
 /// [ns] least time between two first requests, and what is drawn beside it, so that two nodes do not ask at once.
 const REQUEST_NS: u64 = 600_000_000;
@@ -89,15 +89,15 @@ impl Allocatee {
         let to = (from + PART).min(UNIQUE);
         let discriminator = self.draw(1 << 14) as u16;
         let unique_id = self.unique_id.0.get(from..to)?;
-        let payload = Allocation { node_id: self.wished, is_first_part: from == 0, unique_id }.emit();
-        let header = Header {
+        let payload = AllocationMessage { node_id: self.wished, is_first_part: from == 0, unique_id }.emit();
+        let header = TransferHeader {
             priority: priority::LOW,
             type_id: self.subscription.type_id,
             source: 0,
             kind: TransferKind::Message,
             discriminator,
         };
-        Frames::new(header, self.subscription.seed, self.transfer_id.take(), &payload).next()
+        TransferFrames::new(header, self.subscription.seed, self.transfer_id.take(), &payload).next()
     }
 }
 
@@ -105,7 +105,7 @@ impl Participant for Allocatee {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let source = transfer.header.source;
-        let Some(message) = Allocation::parse(transfer.payload) else { return };
+        let Some(message) = AllocationMessage::parse(transfer.payload) else { return };
         let (node_id, heard) = (message.node_id, message.unique_id.len());
         let is_ours = source != 0 && self.unique_id.0.starts_with(message.unique_id);
         // Whatever is said interrupts what was to follow (rules C and D).

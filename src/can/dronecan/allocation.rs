@@ -48,7 +48,7 @@ impl fmt::Display for UniqueId {
 
 /// The message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Allocation<'a> {
+pub(super) struct AllocationMessage<'a> {
     /// The id that is given or wished; 0 = none.
     pub node_id: u8,
     pub is_first_part: bool,
@@ -56,7 +56,7 @@ pub(super) struct Allocation<'a> {
     pub unique_id: &'a [u8],
 }
 
-impl<'a> Allocation<'a> {
+impl<'a> AllocationMessage<'a> {
     pub fn parse(payload: &'a [u8]) -> Option<Self> {
         let (first, unique_id) = payload.split_first()?;
         let (node_id, is_first_part) = (first >> 1, first & 1 != 0);
@@ -95,7 +95,7 @@ mod tests {
         for (node_id, is_first_part, length) in
             [(0, true, 6), (125, false, 16), (127, true, 0), (1, false, 4)]
         {
-            let message = Allocation { node_id, is_first_part, unique_id: &bytes[..length] };
+            let message = AllocationMessage { node_id, is_first_part, unique_id: &bytes[..length] };
             let unique = bytes[..length].iter().map(|it| Value::Integer(i128::from(*it))).collect();
             let value = Value::List(vec![
                 Value::Integer(i128::from(node_id)),
@@ -104,10 +104,10 @@ mod tests {
             ]);
             assert_eq!(message.emit(), encode(structure, &value).expect("of this type"));
             assert_eq!(decode(structure, &message.emit()), Ok(value));
-            assert_eq!(Allocation::parse(&message.emit()), Some(message));
+            assert_eq!(AllocationMessage::parse(&message.emit()), Some(message));
         }
-        assert_eq!(Allocation::parse(&[]), None);
-        assert_eq!(Allocation::parse(&[0; 18]), None);
+        assert_eq!(AllocationMessage::parse(&[]), None);
+        assert_eq!(AllocationMessage::parse(&[0; 18]), None);
     }
 
     #[test]

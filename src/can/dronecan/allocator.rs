@@ -8,12 +8,12 @@ use crate::can::frame::Frame;
 use crate::can::resolve::fail;
 use crate::can::thresholds::THRESHOLDS;
 
-use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
+use super::allocation::{AllocationMessage, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
 use super::node_monitor::NodeMonitor;
 use super::participant::Participant;
-use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
+use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, priority};
 
 /// Who has which node id.
 pub type AllocationTable = BTreeMap<UniqueId, u8>;
@@ -51,7 +51,7 @@ pub enum AllocationEvent {
 pub type Keep<'a> = Box<dyn FnMut(&AllocationTable) -> io::Result<()> + 'a>;
 
 /// Gives node ids.
-pub struct Allocator<'a> {
+pub struct NodeIdAllocator<'a> {
     own: u8,
     from: u8,
     to: u8,
@@ -71,7 +71,7 @@ pub struct Allocator<'a> {
     other: Option<u8>,
 }
 
-impl std::fmt::Debug for Allocator<'_> {
+impl std::fmt::Debug for NodeIdAllocator<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("Allocator")
@@ -81,7 +81,7 @@ impl std::fmt::Debug for Allocator<'_> {
     }
 }
 
-impl<'a> Allocator<'a> {
+impl<'a> NodeIdAllocator<'a> {
     /// Gives ids of `from` to `to` beside those of `table`, as the node that asks in `monitor`, which knows who is on the bus.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl<'a> Allocator<'a> {
     }
 
     /// Takes in what a node without an id says.
-    fn ask(&mut self, message: Allocation<'_>, now_ns: u64) {
+    fn ask(&mut self, message: AllocationMessage<'_>, now_ns: u64) {
         if now_ns.saturating_sub(self.query_ns) > THRESHOLDS.allocation_part_ns {
             self.query.clear();
         }
@@ -153,9 +153,14 @@ impl<'a> Allocator<'a> {
 
     /// Says what was heard, with the id that is given.
     fn say(&mut self, node_id: u8) {
-        let payload = Allocation { node_id, is_first_part: false, unique_id: &self.query }.emit();
-        let header = Header::message(priority::LOW, self.subscription.type_id, self.own);
-        self.frames.extend(Frames::new(header, self.subscription.seed, self.transfer_id.take(), &payload));
+        let payload = AllocationMessage { node_id, is_first_part: false, unique_id: &self.query }.emit();
+        let header = TransferHeader::message(priority::LOW, self.subscription.type_id, self.own);
+        self.frames.extend(TransferFrames::new(
+            header,
+            self.subscription.seed,
+            self.transfer_id.take(),
+            &payload,
+        ));
     }
 
     fn give(&mut self, unique_id: UniqueId, wished: u8) -> Option<u8> {
@@ -201,7 +206,7 @@ impl<'a> Allocator<'a> {
     }
 }
 
-impl Participant for Allocator<'_> {
+impl Participant for NodeIdAllocator<'_> {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         self.monitor.receive(frame, now_ns);
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
@@ -220,7 +225,7 @@ impl Participant for Allocator<'_> {
         let length = transfer.payload.len();
         let Some(payload) = room.get_mut(..length) else { return };
         payload.copy_from_slice(transfer.payload);
-        if let Some(message) = Allocation::parse(payload) {
+        if let Some(message) = AllocationMessage::parse(payload) {
             self.ask(message, now_ns);
         }
     }

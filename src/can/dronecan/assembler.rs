@@ -3,12 +3,12 @@
 //! Each sender of each type has a place of its own, made at the start: nothing is allocated later, no sender takes another
 //! one's room, and a frame costs the same whatever it is. A transfer that is not whole moves nothing and is counted by cause.
 
-use crate::can::frame::{Frame, Id, Kind};
-use crate::can::route::Refusal;
+use crate::can::frame::{Frame, FrameKind, Id};
+use crate::can::route::FrameRefusal;
 use crate::can::thresholds::THRESHOLDS;
 
 use super::crc;
-use super::transfer::{FRAME_BYTES, GREATEST_NODE, Header, Tail, TransferKind};
+use super::transfer::{FRAME_BYTES, GREATEST_NODE, Tail, TransferHeader, TransferKind};
 
 /// Places for senders: the node ids, 0 among them.
 const SENDERS: usize = GREATEST_NODE as usize + 1;
@@ -42,7 +42,7 @@ pub struct Transfer<'a> {
     /// Which of the subscriptions.
     pub subscription: usize,
     /// What its identifier says.
-    pub header: Header,
+    pub header: TransferHeader,
     /// Its number.
     pub transfer_id: u8,
     /// [ns] when its first frame came.
@@ -113,12 +113,12 @@ impl Assembler {
 
     /// Which subscription a frame belongs to, and what its identifier says.
     #[inline]
-    pub fn find(&self, frame: &Frame) -> Option<(usize, Header)> {
+    pub fn find(&self, frame: &Frame) -> Option<(usize, TransferHeader)> {
         let Id::Extended(id) = frame.id() else { return None };
-        if frame.kind() == Kind::Remote {
+        if frame.kind() == FrameKind::Remote {
             return None;
         }
-        let header = Header::parse(id);
+        let header = TransferHeader::parse(id);
         let at = self.index.partition_point(|entry| (entry.0, entry.1) < (header.kind, header.type_id));
         let (kind, type_id, place) = self.index.get(at)?;
         ((*kind, *type_id) == (header.kind, header.type_id)).then_some((*place, header))
@@ -129,22 +129,22 @@ impl Assembler {
     /// # Errors
     /// Why the frame is not part of one.
     #[inline]
-    pub fn receive(&mut self, frame: &Frame, stamp_ns: u64) -> Result<Option<Transfer<'_>>, Refusal> {
-        let (subscription, header) = self.find(frame).ok_or(Refusal::UnknownId)?;
-        let [data @ .., tail] = frame.data() else { return Err(Refusal::WrongLength) };
+    pub fn receive(&mut self, frame: &Frame, stamp_ns: u64) -> Result<Option<Transfer<'_>>, FrameRefusal> {
+        let (subscription, header) = self.find(frame).ok_or(FrameRefusal::UnknownId)?;
+        let [data @ .., tail] = frame.data() else { return Err(FrameRefusal::WrongLength) };
         let tail = Tail::parse(*tail);
         if data.len() > FRAME_BYTES {
-            return Err(Refusal::WrongLength);
+            return Err(FrameRefusal::WrongLength);
         }
         let session = SENDERS * subscription + usize::from(header.source);
         if header.source == 0 {
             return self.anonymous(subscription, header, tail, data, stamp_ns);
         }
-        let session = self.sessions.get_mut(session).ok_or(Refusal::UnknownId)?;
+        let session = self.sessions.get_mut(session).ok_or(FrameRefusal::UnknownId)?;
         let lost = if tail.start { session.begin(tail, stamp_ns)? } else { 0 };
         if tail.start && tail.end {
             if tail.toggle {
-                return Err(Refusal::Toggle);
+                return Err(FrameRefusal::Toggle);
             }
             session.last = Some((tail.transfer_id, stamp_ns));
             self.short[..data.len()].copy_from_slice(data);
@@ -159,24 +159,25 @@ impl Assembler {
     fn go_on(
         &mut self,
         subscription: usize,
-        header: Header,
+        header: TransferHeader,
         tail: Tail,
         data: &[u8],
         stamp_ns: u64,
-    ) -> Result<Option<Transfer<'_>>, Refusal> {
+    ) -> Result<Option<Transfer<'_>>, FrameRefusal> {
         let (Some(Subscription { seed, most, .. }), Some(rooms)) =
             (self.subscriptions.get(subscription).copied(), self.rooms.get_mut(subscription))
         else {
-            return Err(Refusal::UnknownId);
+            return Err(FrameRefusal::UnknownId);
         };
         let sender = usize::from(header.source);
-        let session = self.sessions.get_mut(SENDERS * subscription + sender).ok_or(Refusal::UnknownId)?;
+        let session =
+            self.sessions.get_mut(SENDERS * subscription + sender).ok_or(FrameRefusal::UnknownId)?;
         let current = session.part(tail, stamp_ns)?;
         let room = rooms.get_mut(sender * (most + 2)..(sender + 1) * (most + 2)).unwrap_or(&mut []);
         let end = current.length + data.len();
         let Some(place) = room.get_mut(current.length..end) else {
             session.current = None;
-            return Err(Refusal::WrongLength);
+            return Err(FrameRefusal::WrongLength);
         };
         place.copy_from_slice(data);
         current.length = end;
@@ -186,17 +187,17 @@ impl Assembler {
         if !tail.end {
             if data.len() < FRAME_BYTES {
                 session.current = None;
-                return Err(Refusal::WrongLength);
+                return Err(FrameRefusal::WrongLength);
             }
             return Ok(None);
         }
         let Current { transfer_id, first_ns, lost, length, .. } = *current;
         session.current = None;
         let Some(([low, high], payload)) = room.get(..length).and_then(|all| all.split_first_chunk()) else {
-            return Err(Refusal::WrongLength);
+            return Err(FrameRefusal::WrongLength);
         };
         if crc::transfer_crc(seed, payload) != u16::from_le_bytes([*low, *high]) {
-            return Err(Refusal::Checksum);
+            return Err(FrameRefusal::Checksum);
         }
         session.last = Some((transfer_id, stamp_ns));
         Ok(Some(Transfer { subscription, header, transfer_id, stamp_ns: first_ns, lost, payload }))
@@ -206,16 +207,16 @@ impl Assembler {
     fn anonymous(
         &mut self,
         subscription: usize,
-        header: Header,
+        header: TransferHeader,
         tail: Tail,
         data: &[u8],
         stamp_ns: u64,
-    ) -> Result<Option<Transfer<'_>>, Refusal> {
+    ) -> Result<Option<Transfer<'_>>, FrameRefusal> {
         if !(tail.start && tail.end && header.kind == TransferKind::Message) {
-            return Err(Refusal::Incomplete);
+            return Err(FrameRefusal::Incomplete);
         }
         if tail.toggle {
-            return Err(Refusal::Toggle);
+            return Err(FrameRefusal::Toggle);
         }
         self.short[..data.len()].copy_from_slice(data);
         let payload = self.short.get(..data.len()).unwrap_or(&[]);
@@ -228,13 +229,13 @@ impl Session {
     /// A transfer begins: transfers missing before it. One that was under way is given up; one that was whole already is
     /// refused, as a controller may send a frame twice.
     #[inline]
-    fn begin(&mut self, tail: Tail, stamp_ns: u64) -> Result<u64, Refusal> {
+    fn begin(&mut self, tail: Tail, stamp_ns: u64) -> Result<u64, FrameRefusal> {
         self.current = None;
         let fresh = self
             .last
             .filter(|(_, end_ns)| stamp_ns.saturating_sub(*end_ns) <= THRESHOLDS.transfer_id_kept_ns);
         let lost = match fresh {
-            Some((last, _)) if last == tail.transfer_id => return Err(Refusal::Counter),
+            Some((last, _)) if last == tail.transfer_id => return Err(FrameRefusal::Counter),
             Some((last, _)) => {
                 let missing = tail.transfer_id.wrapping_sub(last).wrapping_sub(1) & (TRANSFER_IDS - 1);
                 // Beyond half of the numbers nobody knows whether it goes on or back: a node that began anew.
@@ -244,7 +245,7 @@ impl Session {
         };
         if !tail.end {
             if tail.toggle {
-                return Err(Refusal::Toggle);
+                return Err(FrameRefusal::Toggle);
             }
             self.current = Some(Current {
                 transfer_id: tail.transfer_id,
@@ -261,16 +262,16 @@ impl Session {
     /// The transfer under way that a frame goes on with. A frame that was sent twice has the wrong toggle and is left out; what
     /// belongs to no transfer is the rest of one whose beginning was not seen.
     #[inline]
-    fn part(&mut self, tail: Tail, stamp_ns: u64) -> Result<&mut Current, Refusal> {
-        let current = self.current.as_mut().ok_or(Refusal::Incomplete)?;
+    fn part(&mut self, tail: Tail, stamp_ns: u64) -> Result<&mut Current, FrameRefusal> {
+        let current = self.current.as_mut().ok_or(FrameRefusal::Incomplete)?;
         let is_late = stamp_ns.saturating_sub(current.newest_ns) > THRESHOLDS.transfer_under_way_ns;
         if is_late || current.transfer_id != tail.transfer_id {
             self.current = None;
-            return Err(Refusal::Incomplete);
+            return Err(FrameRefusal::Incomplete);
         }
         if current.toggle != tail.toggle {
-            return Err(Refusal::Toggle);
+            return Err(FrameRefusal::Toggle);
         }
-        self.current.as_mut().ok_or(Refusal::Incomplete)
+        self.current.as_mut().ok_or(FrameRefusal::Incomplete)
     }
 }

@@ -3,16 +3,16 @@
 use crate::can::frame::Frame;
 use crate::can::protocol::BenchEnd;
 use crate::can::roles::{Counts, Decoded, RotorCommands};
-use crate::can::route::Refusal;
+use crate::can::route::FrameRefusal;
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::signal::{Channel, Sensors};
 
 use super::assembler::{Assembler, Subscription, Transfer};
 use super::bus::DronecanBus;
 use super::node::Node;
-use super::place::Place;
+use super::place::BitPlace;
 use super::store::{MOST_ANSWER, Store};
-use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
+use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, priority};
 
 /// [ns] for which an ESC believes that it is armed without hearing it again.
 const ARMED_FOR_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
@@ -33,7 +33,7 @@ struct Sent {
     /// What nobody sets, and room for the rest.
     payload: Vec<u8>,
     /// Number = (SI value - offset) / scale.
-    numbers: Vec<(Channel, Place, f64, f64)>,
+    numbers: Vec<(Channel, BitPlace, f64, f64)>,
     period_ns: u64,
     due_ns: u64,
 }
@@ -50,7 +50,7 @@ enum Purpose {
 
 /// The bench's end of a bus on DroneCAN.
 #[derive(Debug)]
-pub(super) struct Bench {
+pub(super) struct DronecanBenchEnd {
     bus: DronecanBus,
     assembler: Assembler,
     purposes: Vec<Purpose>,
@@ -63,7 +63,7 @@ pub(super) struct Bench {
     armed: (bool, u64),
 }
 
-impl Bench {
+impl DronecanBenchEnd {
     pub fn new(bus: &DronecanBus, now_ns: u64) -> Self {
         let (mut nodes, mut messages): (Vec<Node>, Vec<Sent>) = (Vec::new(), Vec::new());
         let mut stores: Vec<Option<Store>> = Vec::new();
@@ -105,7 +105,7 @@ impl Bench {
         }
     }
 
-    fn refuse(&mut self, refusal: Refusal) -> Decoded {
+    fn refuse(&mut self, refusal: FrameRefusal) -> Decoded {
         self.counts.add(refusal);
         Decoded { updated: 0, refused: Some(refusal) }
     }
@@ -163,8 +163,8 @@ fn take_command(
         let Some(number) = place.read(transfer.payload) else { continue };
         let value = number / bus.command.full;
         if !(0.0..=1.0).contains(&value) {
-            counts.add(Refusal::OutOfRange);
-            decoded.refused = Some(Refusal::OutOfRange);
+            counts.add(FrameRefusal::OutOfRange);
+            decoded.refused = Some(FrameRefusal::OutOfRange);
             continue;
         }
         if let (Some(to), Some(stamp)) = (commands.rotor.get_mut(rotor), commands.stamp_ns.get_mut(rotor)) {
@@ -176,7 +176,7 @@ fn take_command(
     decoded
 }
 
-impl BenchEnd for Bench {
+impl BenchEnd for DronecanBenchEnd {
     fn is_command(&self, frame: &Frame) -> bool {
         let purpose = self.assembler.find(frame).and_then(|(at, _)| self.purposes.get(at));
         matches!(purpose, Some(Purpose::Command))
@@ -239,9 +239,9 @@ impl BenchEnd for Bench {
                 place.write(&mut message.payload, (channel.of(sensors).value - offset) / scale);
             }
             let Some(node) = nodes.get(message.node) else { continue };
-            let header = Header::message(message.priority, message.subscription.type_id, node.id);
+            let header = TransferHeader::message(message.priority, message.subscription.type_id, node.id);
             let transfer_id = message.transfer_id.take();
-            Frames::new(header, message.subscription.seed, transfer_id, &message.payload)
+            TransferFrames::new(header, message.subscription.seed, transfer_id, &message.payload)
                 .for_each(|frame| send(&frame));
             any = true;
         }

@@ -3,15 +3,15 @@
 use crate::can::frame::{Frame, Id};
 use crate::can::protocol::{BridgeEnd, IdFilter, NodeTrouble};
 use crate::can::roles::{Counts, Decoded, safe_command};
-use crate::can::route::Refusal;
+use crate::can::route::FrameRefusal;
 use crate::signal::{Applied, Sensors};
 
 use super::assembler::{Assembler, Transfer};
 use super::bus::{Commanding, DronecanBus};
 use super::node::{ARMING_EVERY_NS, AT_ONCE, Node};
 use super::received::Received;
-use super::transfer::{Frames, Header, TransferId, priority};
-use super::watch::Watch;
+use super::transfer::{TransferFrames, TransferHeader, TransferId, priority};
+use super::watch::NodeWatch;
 
 /// Name that the bridge gives of itself.
 const NAME: &str = "org.rotorbench.bridge";
@@ -46,7 +46,7 @@ pub(super) struct Bridge {
     assembler: Assembler,
     purposes: Vec<Purpose>,
     counts: Counts,
-    watch: Watch,
+    watch: NodeWatch,
     node: Node,
     command_id: TransferId,
     arming_id: TransferId,
@@ -74,7 +74,7 @@ impl Bridge {
             assembler: Assembler::new(subscriptions),
             purposes,
             counts: Counts::default(),
-            watch: Watch::new(),
+            watch: NodeWatch::new(),
             node: Node::with_unique_id(&bus.common, bus.node_id, NAME, bus.unique_id),
             command_id: TransferId::default(),
             arming_id: TransferId::default(),
@@ -85,7 +85,7 @@ impl Bridge {
         }
     }
 
-    fn refuse(&mut self, refusal: Refusal) -> Decoded {
+    fn refuse(&mut self, refusal: FrameRefusal) -> Decoded {
         self.counts.add(refusal);
         Decoded { updated: 0, refused: Some(refusal) }
     }
@@ -129,10 +129,10 @@ impl BridgeEnd for Bridge {
                 let command = if is_own_kind { &bus.command } else { &bus.other_command };
                 // A command holds a number for each ESC from the first on, and so does ours: whoever commands any is in our way,
                 // or we in his.
-                command.first.read(transfer.payload).map(|_| Refusal::ForeignCommand)
+                command.first.read(transfer.payload).map(|_| FrameRefusal::ForeignCommand)
             }
-            Some(Purpose::Arming) => (source != bus.node_id).then_some(Refusal::ForeignCommand),
-            None => Some(Refusal::UnknownId),
+            Some(Purpose::Arming) => (source != bus.node_id).then_some(FrameRefusal::ForeignCommand),
+            None => Some(FrameRefusal::UnknownId),
         };
         refused.map_or(Decoded { updated: 0, refused: None }, |refusal| self.refuse(refusal))
     }
@@ -146,9 +146,9 @@ impl BridgeEnd for Bridge {
         for (place, rotor) in rotors.iter().zip(applied.rotor) {
             place.write(&mut payload, safe_command(rotor) * full);
         }
-        let header = Header::message(priority::HIGH, type_id, self.bus.node_id);
+        let header = TransferHeader::message(priority::HIGH, type_id, self.bus.node_id);
         let payload = payload.get(..length).unwrap_or(&[]);
-        let frames = Frames::new(header, subscription.seed, self.command_id.take(), payload);
+        let frames = TransferFrames::new(header, subscription.seed, self.command_id.take(), payload);
         let mut count = 0;
         for (place, frame) in self.command.iter_mut().zip(frames) {
             *place = frame;
@@ -176,9 +176,9 @@ impl BridgeEnd for Bridge {
         if is_due {
             self.armed = Some((is_armed, now_ns));
             let arming = self.bus.common.arming;
-            let header = Header::message(priority::MEDIUM, arming.type_id, self.bus.node_id);
+            let header = TransferHeader::message(priority::MEDIUM, arming.type_id, self.bus.node_id);
             let payload = [if is_armed { FULLY_ARMED } else { 0 }];
-            owe(Frames::new(header, arming.seed, self.arming_id.take(), &payload).next());
+            owe(TransferFrames::new(header, arming.seed, self.arming_id.take(), &payload).next());
         }
         owe(self.node.status(now_ns, applied.state));
         for _ in 0..AT_ONCE {
@@ -200,7 +200,7 @@ impl BridgeEnd for Bridge {
 fn take(
     received: &Received,
     transfer: &Transfer<'_>,
-    watch: &mut Watch,
+    watch: &mut NodeWatch,
     counts: &mut Counts,
     sensors: &mut Sensors,
 ) -> Decoded {
@@ -211,7 +211,7 @@ fn take(
         let read = if watch.is_believed(channel, node, stamp_ns) {
             bound.read(transfer.payload)
         } else {
-            Err(Refusal::OtherNode)
+            Err(FrameRefusal::OtherNode)
         };
         let sample = channel.of_mut(sensors);
         match read {

@@ -8,7 +8,7 @@ use crate::can::resolve::{check_interface, fail};
 use crate::can::thresholds::THRESHOLDS;
 
 use super::assembler::Subscription;
-use super::bench::Bench;
+use super::bench::DronecanBenchEnd;
 use super::bridge::Bridge;
 use super::bus::{Commanding, DronecanBus};
 use super::common::{Common, name};
@@ -16,7 +16,7 @@ use super::config::{CommandKind, DronecanConfig, DsdlConfig};
 use super::describe::{descriptions, load};
 use super::join::unique_id;
 use super::library::{Definition, Library};
-use super::place::Place;
+use super::place::BitPlace;
 use super::received::receive;
 use super::transfer::{GREATEST_NODE, TransferKind};
 
@@ -29,7 +29,7 @@ impl Protocol for DronecanBus {
     }
 
     fn bench_end(&self, now_ns: u64) -> Box<dyn BenchEnd> {
-        Box::new(Bench::new(self, now_ns))
+        Box::new(DronecanBenchEnd::new(self, now_ns))
     }
 
     fn messages(&self) -> Vec<MessageDescription> {
@@ -125,11 +125,11 @@ fn commanding(library: &Library, kind: CommandKind, own: &DronecanConfig) -> Res
     let compound = library.get(type_name).ok_or_else(missing)?;
     let (message, type_id) = compound.message().zip(compound.id).ok_or_else(missing)?;
     let place = |index: u8| {
-        Place::find(message, &format!("{field}[{index}]"))
+        BitPlace::find(message, &format!("{field}[{index}]"))
             .map_err(|reason| fail("dronecan.esc_index", reason))
     };
     let rotors = [place(own.esc_index[0])?, place(own.esc_index[1])?];
-    let length = rotors.iter().map(Place::end).max().unwrap_or(0).div_ceil(8);
+    let length = rotors.iter().map(BitPlace::end).max().unwrap_or(0).div_ceil(8);
     let subscription =
         Subscription::new(type_id, TransferKind::Message, compound.signature, message.most_bits());
     let first = place(0)?;

@@ -5,7 +5,7 @@ use crate::signal::ROTORS;
 use super::allocation::UniqueId;
 use super::assembler::Subscription;
 use super::common::Common;
-use super::place::Place;
+use super::place::BitPlace;
 use super::received::Received;
 
 /// The command as it is sent.
@@ -18,9 +18,9 @@ pub(super) struct Commanding {
     /// Number that a command of 1 becomes.
     pub full: f64,
     /// The number of each rotor in the message.
-    pub rotors: [Place; ROTORS],
+    pub rotors: [BitPlace; ROTORS],
     /// The first number in the message: a command without it commands nobody.
-    pub first: Place,
+    pub first: BitPlace,
     /// [byte] of the message.
     pub length: usize,
     pub type_id: u16,

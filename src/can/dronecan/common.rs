@@ -4,9 +4,9 @@ use crate::can::error::CanError;
 use crate::can::resolve::fail;
 
 use super::assembler::Subscription;
-use super::dsdl::Body;
+use super::dsdl::CompoundBody;
 use super::library::Library;
-use super::place::Place;
+use super::place::BitPlace;
 use super::service::{self, Service};
 use super::transfer::TransferKind;
 use super::value::{empty_message, encode};
@@ -26,10 +26,10 @@ pub(super) struct Common {
     pub arming: Subscription,
     pub status: Subscription,
     /// Fields of `NodeStatus`: seconds since the start, health, mode, and a code of our own.
-    pub uptime: Place,
-    pub health: Place,
-    pub mode: Place,
-    pub code: Place,
+    pub uptime: BitPlace,
+    pub health: BitPlace,
+    pub mode: BitPlace,
+    pub code: BitPlace,
     /// Data type id and signature of `GetNodeInfo`, and its response up to the node's name, which ends it.
     pub info_id: u16,
     pub info_signature: u64,
@@ -54,12 +54,12 @@ impl Common {
         };
         let (_, arming) = message(name::ARMING_STATUS)?;
         let (node_status, status) = message(name::NODE_STATUS)?;
-        let field = |path| Place::find(node_status, path).map_err(|reason| fail("dronecan", reason));
+        let field = |path| BitPlace::find(node_status, path).map_err(|reason| fail("dronecan", reason));
         let info = library.get(name::NODE_INFO).ok_or_else(|| missing(name::NODE_INFO))?;
-        let (Body::Service(_, response), Some(info_id)) = (&info.body, info.id) else {
+        let (CompoundBody::Service(_, response), Some(info_id)) = (&info.body, info.id) else {
             return Err(missing(name::NODE_INFO));
         };
-        let place = |path| Place::find(response, path).map_err(|reason| fail("dronecan", reason));
+        let place = |path| BitPlace::find(response, path).map_err(|reason| fail("dronecan", reason));
         let mut bytes = encode(response, &empty_message(response, 0.0))
             .map_err(|error| fail("dronecan", error.to_string()))?;
         place("software_version.major")?.write(&mut bytes, number(env!("CARGO_PKG_VERSION_MAJOR")));

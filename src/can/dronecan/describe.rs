@@ -8,11 +8,11 @@ use crate::clock::span_s;
 
 use super::bus::DronecanBus;
 use super::common::name;
-use super::dsdl::{Kind, Primitive};
+use super::dsdl::{NumberKind, Primitive};
 use super::node::{ARMING_EVERY_NS, STATUS_EVERY_NS};
-use super::place::Place;
+use super::place::BitPlace;
 use super::received::{Bound, Received, Sender};
-use super::transfer::{FRAME_BYTES, Frames, Header, priority};
+use super::transfer::{FRAME_BYTES, TransferFrames, TransferHeader, priority};
 
 /// How full the messages make the bus at worst; what each node says of itself once a second is left out.
 pub(super) fn load(bus: &DronecanBus, config: &BusConfig) -> BusLoad {
@@ -31,7 +31,7 @@ pub(super) fn load(bus: &DronecanBus, config: &BusConfig) -> BusLoad {
 
 /// [bit] of a transfer of so many bytes, all its frames at full stuffing.
 fn transfer_bits(bytes: usize) -> usize {
-    let frames = Frames::count(bytes);
+    let frames = TransferFrames::count(bytes);
     let total = if frames > 1 { bytes + 2 } else { bytes };
     let id = Id::Extended(0);
     (frames - 1) * classic_bits(id, FRAME_BYTES + 1)
@@ -43,7 +43,7 @@ pub(super) fn descriptions(bus: &DronecanBus) -> Vec<MessageDescription> {
     let sent = |name: &str, priority, type_id, bytes, period_s, signals| MessageDescription {
         name: name.to_owned(),
         is_sent: true,
-        id: Id::Extended(Header::message(priority, type_id, bus.node_id).id()),
+        id: Id::Extended(TransferHeader::message(priority, type_id, bus.node_id).id()),
         bytes,
         period_s,
         counter: None,
@@ -88,7 +88,7 @@ fn describe(received: &Received, (node, esc): Sender, bounds: &[&Bound]) -> Mess
     let who = [esc.map(|esc| format!("esc {esc}")), node.map(|node| format!("node {node}"))];
     let who = who.into_iter().flatten().collect::<Vec<_>>().join(", ");
     let name = &received.compound.name;
-    let header = Header::message(priority::MEDIUM, received.type_id, node.unwrap_or(0));
+    let header = TransferHeader::message(priority::MEDIUM, received.type_id, node.unwrap_or(0));
     MessageDescription {
         name: if who.is_empty() { name.clone() } else { format!("{name} ({who})") },
         is_sent: false,
@@ -117,13 +117,13 @@ fn signal(bound: &Bound) -> SignalDescription {
     }
 }
 
-fn place_text(place: &Place) -> String {
+fn place_text(place: &BitPlace) -> String {
     let Primitive { kind, bits, .. } = place.primitive;
     let number = match kind {
-        Kind::Boolean => "bool".to_owned(),
-        Kind::Unsigned => format!("u{bits}"),
-        Kind::Signed => format!("i{bits}"),
-        Kind::Float => format!("f{bits}"),
+        NumberKind::Boolean => "bool".to_owned(),
+        NumberKind::Unsigned => format!("u{bits}"),
+        NumberKind::Signed => format!("i{bits}"),
+        NumberKind::Float => format!("f{bits}"),
     };
     format!("{number} at {}", place.at)
 }

@@ -8,7 +8,7 @@ use super::crc;
 
 /// How the bits of a number are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum NumberKind {
     /// One bit.
     Boolean,
     /// Unsigned integer of up to 64 bits.
@@ -32,7 +32,7 @@ pub enum Cast {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Primitive {
     /// How its bits are read.
-    pub kind: Kind,
+    pub kind: NumberKind,
     /// How many they are, 1 to 64.
     pub bits: u32,
     /// What becomes of a value that does not fit.
@@ -65,7 +65,7 @@ pub enum Type {
 
 /// A field of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct DsdlField {
     /// Its name; empty for bits without meaning.
     pub name: String,
     /// Its type.
@@ -76,14 +76,14 @@ pub struct Field {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Structure {
     /// The fields.
-    pub fields: Vec<Field>,
+    pub fields: Vec<DsdlField>,
     /// Whether only one of them is there, behind its number.
     pub is_union: bool,
 }
 
 /// What a definition defines.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Body {
+pub enum CompoundBody {
     /// A message, or a part of one.
     Message(Structure),
     /// A service: a request and the response to it.
@@ -98,7 +98,7 @@ pub struct Compound {
     /// Data type id; `None` for what is only a part of others.
     pub id: Option<u16>,
     /// What it defines.
-    pub body: Body,
+    pub body: CompoundBody,
     /// Data type signature: what the transfers' checksums begin with.
     pub signature: u64,
 }
@@ -212,17 +212,17 @@ impl Compound {
     #[must_use]
     pub fn message(&self) -> Option<&Structure> {
         match &self.body {
-            Body::Message(structure) => Some(structure),
-            Body::Service(..) => None,
+            CompoundBody::Message(structure) => Some(structure),
+            CompoundBody::Service(..) => None,
         }
     }
 
     /// The signature of a definition: over its text without whatever does not change the bits, then over the signatures of
     /// the types in it.
-    pub(super) fn signature_of(name: &str, body: &Body, overridden: Option<u64>) -> u64 {
+    pub(super) fn signature_of(name: &str, body: &CompoundBody, overridden: Option<u64>) -> u64 {
         let (structures, is_service) = match body {
-            Body::Message(structure) => (vec![structure], false),
-            Body::Service(request, response) => (vec![request, response], true),
+            CompoundBody::Message(structure) => (vec![structure], false),
+            CompoundBody::Service(request, response) => (vec![request, response], true),
         };
         let own = overridden.unwrap_or_else(|| {
             let mut lines = vec![name.to_owned()];
@@ -248,10 +248,10 @@ impl fmt::Display for Type {
             Self::Primitive(Primitive { kind, bits, cast }) => {
                 let cast = if *cast == Cast::Saturated { "saturated" } else { "truncated" };
                 match kind {
-                    Kind::Boolean => write!(formatter, "{cast} bool"),
-                    Kind::Unsigned => write!(formatter, "{cast} uint{bits}"),
-                    Kind::Signed => write!(formatter, "{cast} int{bits}"),
-                    Kind::Float => write!(formatter, "{cast} float{bits}"),
+                    NumberKind::Boolean => write!(formatter, "{cast} bool"),
+                    NumberKind::Unsigned => write!(formatter, "{cast} uint{bits}"),
+                    NumberKind::Signed => write!(formatter, "{cast} int{bits}"),
+                    NumberKind::Float => write!(formatter, "{cast} float{bits}"),
                 }
             }
             Self::Array(array) => {
@@ -264,7 +264,7 @@ impl fmt::Display for Type {
 }
 
 /// In the normal form that the signature is made of.
-impl fmt::Display for Field {
+impl fmt::Display for DsdlField {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.name.as_str() {
             "" => self.of.fmt(formatter),

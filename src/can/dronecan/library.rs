@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::dsdl::{Body, Compound};
-use super::parse::{Refused, Source, parse};
+use super::dsdl::{Compound, CompoundBody};
+use super::parse::{DsdlSource, Refused, parse};
 use crate::can::error::CanError;
 
 /// The published types that a bench speaks, by the path of their file.
@@ -138,7 +138,7 @@ impl Library {
                 reason
             })
         };
-        let source = Source { name: &definition.name, id: definition.id, text: &definition.text };
+        let source = DsdlSource { name: &definition.name, id: definition.id, text: &definition.text };
         let parsed = parse(&source, &mut find);
         let compound = parsed.map_err(|Refused { line, reason }| {
             // What is wrong in a file that this one names is wrong there.
@@ -153,7 +153,7 @@ impl Library {
         let mut seen: BTreeMap<(bool, u16), &str> = BTreeMap::new();
         for compound in self.types.values() {
             let Some(id) = compound.id else { continue };
-            let is_service = matches!(compound.body, Body::Service(..));
+            let is_service = matches!(compound.body, CompoundBody::Service(..));
             if let Some(other) = seen.insert((is_service, id), &compound.name) {
                 let name = if is_published(&compound.name) { other } else { &compound.name };
                 let file = sources.get(name).map_or_else(String::new, |it| it.file.clone());

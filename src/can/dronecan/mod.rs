@@ -40,16 +40,20 @@ mod watch;
 
 pub use allocatee::Allocatee;
 pub use allocation::UniqueId;
-pub use allocator::{AllocationEvent, AllocationTable, Allocator, Keep};
+pub use allocator::{AllocationEvent, AllocationTable, Keep, NodeIdAllocator};
 pub use assembler::{Assembler, Subscription, Transfer};
 pub use bus::DronecanBus;
 pub use config::{CommandKind, DronecanConfig, DsdlConfig, NodeId};
-pub use dsdl::{Array, Body, Cast, Compound, Field, Kind, Primitive, Structure, Type};
+pub use dsdl::{Array, Cast, Compound, CompoundBody, DsdlField, NumberKind, Primitive, Structure, Type};
 pub use join::join;
 pub use library::{Definition, Library};
 pub use node_monitor::{NodeInfo, NodeMonitor, NodeReport};
-pub use parameter::{Heard, Parameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue};
+pub use parameter::{
+    Heard, NodeParameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue,
+};
 pub use participant::Participant;
-pub use place::Place;
-pub use transfer::{FRAME_BYTES, Frames, GREATEST_NODE, Header, Tail, TransferId, TransferKind, priority};
+pub use place::BitPlace;
+pub use transfer::{
+    FRAME_BYTES, GREATEST_NODE, Tail, TransferFrames, TransferHeader, TransferId, TransferKind, priority,
+};
 pub use value::{Value, ValueError, decode, empty, empty_message, encode};

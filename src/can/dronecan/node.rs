@@ -8,7 +8,7 @@ use super::common::Common;
 use super::crc;
 use super::service::Service;
 use super::store::MOST_ANSWER;
-use super::transfer::{Frames, Header, TransferId, TransferKind, priority};
+use super::transfer::{TransferFrames, TransferHeader, TransferId, TransferKind, priority};
 
 /// [ns] between two of a node's `NodeStatus`.
 pub(super) const STATUS_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
@@ -50,7 +50,7 @@ impl Node {
         let place = info.iter_mut().skip(common.unique_id);
         place.zip(unique_id.0).for_each(|(place, byte)| *place = byte);
         info.extend_from_slice(name.as_bytes());
-        let answer = Vec::with_capacity(Frames::count(info.len().max(MOST_ANSWER)));
+        let answer = Vec::with_capacity(TransferFrames::count(info.len().max(MOST_ANSWER)));
         let seed = crc::transfer_seed(common.info_signature);
         Self {
             id,
@@ -84,18 +84,19 @@ impl Node {
         if let Some(place) = self.info.get_mut(..STATUS_BYTES) {
             place.copy_from_slice(&payload);
         }
-        let header = Header::message(priority::LOW, self.common.status.type_id, self.id);
-        Frames::new(header, self.common.status.seed, self.status_id.take(), &payload).next()
+        let header = TransferHeader::message(priority::LOW, self.common.status.type_id, self.id);
+        TransferFrames::new(header, self.common.status.seed, self.status_id.take(), &payload).next()
     }
 
     /// Somebody asks what it is. The last one who asks is answered.
     pub fn ask(&mut self, who: u8, transfer_id: u8) {
         let kind = TransferKind::Response { to: who };
         let type_id = self.common.info_id;
-        let header = Header { priority: priority::LOW, type_id, source: self.id, kind, discriminator: 0 };
+        let header =
+            TransferHeader { priority: priority::LOW, type_id, source: self.id, kind, discriminator: 0 };
         self.answer.clear();
         // Room was made for exactly these.
-        self.answer.extend(Frames::new(header, self.seed, transfer_id, &self.info));
+        self.answer.extend(TransferFrames::new(header, self.seed, transfer_id, &self.info));
         self.answered = 0;
     }
 
@@ -104,7 +105,12 @@ impl Node {
     pub fn respond(&mut self, service: &Service, who: u8, transfer_id: u8, payload: &[u8]) {
         let payload = payload.get(..MOST_ANSWER).unwrap_or(payload);
         self.answer.clear();
-        self.answer.extend(Frames::new(service.response(self.id, who), service.seed(), transfer_id, payload));
+        self.answer.extend(TransferFrames::new(
+            service.response(self.id, who),
+            service.seed(),
+            transfer_id,
+            payload,
+        ));
         self.answered = 0;
     }
 

@@ -9,11 +9,11 @@ use crate::clock::NANOSECONDS_PER_SECOND;
 
 use super::assembler::{Assembler, Subscription};
 use super::common::{Common, name};
-use super::dsdl::{Body, Structure};
+use super::dsdl::{CompoundBody, Structure};
 use super::library::Library;
 use super::node::Node;
 use super::participant::Participant;
-use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, TransferKind, priority};
+use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, TransferKind, priority};
 use super::value::{Value, decode};
 
 /// [ns] after which a node that did not answer is asked again.
@@ -78,7 +78,7 @@ impl NodeMonitor {
         let library = Library::build(&[])?;
         let common = Common::build(&library)?;
         let response = match library.get(name::NODE_INFO).map(|it| &it.body) {
-            Some(Body::Service(_, response)) => response.clone(),
+            Some(CompoundBody::Service(_, response)) => response.clone(),
             _ => return Err(fail("dronecan", format!("no type `{}`", name::NODE_INFO))),
         };
         let kind = TransferKind::Response { to: own };
@@ -119,7 +119,7 @@ impl Participant for NodeMonitor {
         let (report, _) = self.nodes.entry(id).or_default();
         report.id = id;
         if transfer.subscription == 0 {
-            let read = |place: &super::place::Place| place.read(transfer.payload).unwrap_or(0.0);
+            let read = |place: &super::place::BitPlace| place.read(transfer.payload).unwrap_or(0.0);
             report.health = read(&self.common.health) as u8;
             report.mode = read(&self.common.mode) as u8;
             report.uptime_s = read(&self.common.uptime) as u32;
@@ -138,7 +138,7 @@ impl Participant for NodeMonitor {
                 continue;
             }
             *asked_ns = now_ns;
-            let header = Header {
+            let header = TransferHeader {
                 priority: priority::LOW,
                 type_id: self.common.info_id,
                 source: self.node.id,
@@ -146,7 +146,7 @@ impl Participant for NodeMonitor {
                 discriminator: 0,
             };
             let transfer_id = self.transfer_ids.entry(*id).or_default().take();
-            frames.extend(Frames::new(header, self.seed, transfer_id, &[]));
+            frames.extend(TransferFrames::new(header, self.seed, transfer_id, &[]));
         }
         frames
     }

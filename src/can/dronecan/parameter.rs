@@ -14,7 +14,7 @@ use super::library::Library;
 use super::node::Node;
 use super::participant::Participant;
 use super::service::Service;
-use super::transfer::{Frames, GREATEST_NODE, TransferId, TransferKind};
+use super::transfer::{GREATEST_NODE, TransferFrames, TransferId, TransferKind};
 use super::value::{Value, decode, encode};
 
 /// [ns] after which a question is asked again, and how often in all.
@@ -49,7 +49,7 @@ pub enum ParameterValue {
 
 /// A parameter as its node says it. What it does not say is missing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
+pub struct NodeParameter {
     /// Its name.
     pub name: String,
     /// Its value.
@@ -79,7 +79,7 @@ pub enum ParameterRequest {
 #[derive(Debug, Clone, PartialEq)]
 pub enum ParameterResponse {
     /// A parameter; `None` where it has none of this number or name.
-    Parameter(Option<Parameter>),
+    Parameter(Option<NodeParameter>),
     /// Whether it did what was asked for.
     Done(bool),
     /// Nothing, though asked again and again.
@@ -252,7 +252,7 @@ impl Participant for ParameterClient {
         (question.transfer_id, question.asked_ns) = (transfer_id, now_ns);
         question.tries += 1;
         let header = service.request(own.id, *node);
-        frames.extend(Frames::new(header, service.seed(), transfer_id, &question.payload));
+        frames.extend(TransferFrames::new(header, service.seed(), transfer_id, &question.payload));
         frames
     }
 }
@@ -296,7 +296,7 @@ fn understood(fields: &[Value], is_opcode: bool) -> Option<ParameterResponse> {
     let [value, default, greatest, least, name] = fields else { return None };
     let name = text(name)?;
     // Without a name there is none, whatever else stands there.
-    let parameter = (!name.is_empty()).then(|| Parameter {
+    let parameter = (!name.is_empty()).then(|| NodeParameter {
         name,
         value: read(value),
         default: read(default),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::dsdl::{Array, Body, Cast, Compound, Field, Kind, Primitive, Structure, Type};
+use super::dsdl::{Array, Cast, Compound, CompoundBody, DsdlField, NumberKind, Primitive, Structure, Type};
 
 /// Greatest length of a message [bit]: a kilobyte, several times what anything on a bench sends.
 const MOST_BITS: usize = 8 * 1024;
@@ -12,7 +12,7 @@ const MOST_ITEMS: usize = 4096;
 const MOST_LINES: usize = 1000;
 
 /// A definition before it is understood.
-pub(super) struct Source<'a> {
+pub(super) struct DsdlSource<'a> {
     /// Name of the type, its namespace included.
     pub name: &'a str,
     /// Data type id, from the name of the file.
@@ -39,7 +39,7 @@ enum Line<'a> {
 
 /// Understands a definition; `find` gives the types it names.
 pub(super) fn parse(
-    source: &Source<'_>,
+    source: &DsdlSource<'_>,
     find: &mut dyn FnMut(&str) -> Result<Arc<Compound>, String>,
 ) -> Result<Compound, Refused> {
     let mut parts = vec![Structure::default()];
@@ -66,7 +66,7 @@ pub(super) fn parse(
             Line::Field { cast, of, name } => {
                 remember(&mut names, name).map_err(fail)?;
                 let of = read_type(source.name, of, cast, find).map_err(fail)?;
-                part.fields.push(Field { name: name.to_owned(), of });
+                part.fields.push(DsdlField { name: name.to_owned(), of });
                 if part.most_bits() > MOST_BITS {
                     return Err(fail(format!("more than {} bytes", MOST_BITS / 8)));
                 }
@@ -83,7 +83,7 @@ pub(super) fn parse(
 }
 
 /// What the structures of a definition are: one a message, two a service.
-fn body(mut parts: Vec<Structure>, id: Option<u16>) -> Result<Body, String> {
+fn body(mut parts: Vec<Structure>, id: Option<u16>) -> Result<CompoundBody, String> {
     for part in &parts {
         let has_void = part.fields.iter().any(|field| field.name.is_empty());
         if part.is_union && (part.fields.len() < 2 || has_void) {
@@ -91,11 +91,11 @@ fn body(mut parts: Vec<Structure>, id: Option<u16>) -> Result<Body, String> {
         }
     }
     let last = parts.pop().unwrap_or_default();
-    let Some(request) = parts.pop() else { return Ok(Body::Message(last)) };
+    let Some(request) = parts.pop() else { return Ok(CompoundBody::Message(last)) };
     if id.is_some_and(|id| id > 0xFF) {
         return Err("the id of a service is at most 255".to_owned());
     }
-    Ok(Body::Service(request, last))
+    Ok(CompoundBody::Service(request, last))
 }
 
 fn remember<'a>(names: &mut Vec<&'a str>, name: &'a str) -> Result<(), String> {
@@ -181,14 +181,14 @@ fn read_type(
 fn read_number(text: &str, cast: Cast) -> Result<Option<Type>, String> {
     let primitive = |kind, bits| Ok(Some(Type::Primitive(Primitive { kind, bits, cast })));
     if text == "bool" {
-        return primitive(Kind::Boolean, 1);
+        return primitive(NumberKind::Boolean, 1);
     }
     let known = ["uint", "int", "float", "void"].into_iter();
     let mut read = known.filter_map(|name| Some((name, text.strip_prefix(name)?.parse::<u32>().ok()?)));
     match read.next() {
-        Some(("uint", bits @ 1..=64)) => primitive(Kind::Unsigned, bits),
-        Some(("int", bits @ 2..=64)) => primitive(Kind::Signed, bits),
-        Some(("float", bits @ (16 | 32 | 64))) => primitive(Kind::Float, bits),
+        Some(("uint", bits @ 1..=64)) => primitive(NumberKind::Unsigned, bits),
+        Some(("int", bits @ 2..=64)) => primitive(NumberKind::Signed, bits),
+        Some(("float", bits @ (16 | 32 | 64))) => primitive(NumberKind::Float, bits),
         Some(("void", bits @ 1..=64)) => Ok(Some(Type::Void(bits))),
         Some(_) => Err(format!("there is no `{text}`")),
         None => Ok(None),
@@ -201,14 +201,14 @@ mod tests {
 
     fn parse_text(text: &str) -> Result<Compound, Refused> {
         let mut find = |name: &str| match name {
-            "own.Other" => {
-                parse(&Source { name: "own.Other", id: None, text: "uint8 a" }, &mut |_| Err("no".to_owned()))
-                    .map(Arc::new)
-                    .map_err(|refused| refused.reason)
-            }
+            "own.Other" => parse(&DsdlSource { name: "own.Other", id: None, text: "uint8 a" }, &mut |_| {
+                Err("no".to_owned())
+            })
+            .map(Arc::new)
+            .map_err(|refused| refused.reason),
             _ => Err(format!("no file defines `{name}`")),
         };
-        parse(&Source { name: "own.Type", id: Some(20_000), text }, &mut find)
+        parse(&DsdlSource { name: "own.Type", id: Some(20_000), text }, &mut find)
     }
 
     #[test]
@@ -244,8 +244,8 @@ mod tests {
         let text = "truncated uint7[<=9] list # what\nuint8 ONE = 1\nOther other\nvoid3\nbool[2] flags";
         let compound = parse_text(text).expect("sound");
         let fields: Vec<String> = match &compound.body {
-            Body::Message(structure) => structure.fields.iter().map(ToString::to_string).collect(),
-            Body::Service(..) => Vec::new(),
+            CompoundBody::Message(structure) => structure.fields.iter().map(ToString::to_string).collect(),
+            CompoundBody::Service(..) => Vec::new(),
         };
         let expected = ["truncated uint7[<=9] list", "own.Other other", "void3", "saturated bool[2] flags"];
         assert_eq!(fields, expected);

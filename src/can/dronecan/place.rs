@@ -1,19 +1,19 @@
 //! A number of a message compiled once: where its bits lie in the payload and how they are read.
 
 use super::bits;
-use super::dsdl::{Kind, Structure, Type};
+use super::dsdl::{NumberKind, Structure, Type};
 use super::value::{Value, number_of, raw_of};
 
 /// Where a number lies in the payload of its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct BitPlace {
     /// [bit] from the beginning of the payload.
     pub at: usize,
     /// Its type.
     pub primitive: super::dsdl::Primitive,
 }
 
-impl Place {
+impl BitPlace {
     /// The number at `path` in a message, such as `rpm`, `timestamp.usec` or `rate_gyro_latest[2]`.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl Place {
     #[inline]
     pub fn write(&self, payload: &mut [u8], value: f64) {
         let value = match self.primitive.kind {
-            Kind::Float => Value::Float(value),
+            NumberKind::Float => Value::Float(value),
             // A cast of a float saturates, and makes 0 of what is not a number.
             _ => Value::Integer(value.round_ties_even() as i128),
         };
@@ -88,11 +88,11 @@ impl Place {
     pub fn span(&self) -> (f64, f64) {
         let greatest = bits::mask(self.primitive.bits);
         match (self.primitive.kind, self.primitive.bits) {
-            (Kind::Float, 16) => (-bits::GREATEST_HALF, bits::GREATEST_HALF),
-            (Kind::Float, 32) => (f64::from(f32::MIN), f64::from(f32::MAX)),
-            (Kind::Float, _) => (f64::MIN, f64::MAX),
-            (Kind::Signed, _) => (-((greatest >> 1) as f64) - 1.0, (greatest >> 1) as f64),
-            (Kind::Boolean | Kind::Unsigned, _) => (0.0, greatest as f64),
+            (NumberKind::Float, 16) => (-bits::GREATEST_HALF, bits::GREATEST_HALF),
+            (NumberKind::Float, 32) => (f64::from(f32::MIN), f64::from(f32::MAX)),
+            (NumberKind::Float, _) => (f64::MIN, f64::MAX),
+            (NumberKind::Signed, _) => (-((greatest >> 1) as f64) - 1.0, (greatest >> 1) as f64),
+            (NumberKind::Boolean | NumberKind::Unsigned, _) => (0.0, greatest as f64),
         }
     }
 }
@@ -129,7 +129,7 @@ mod tests {
     fn found(name: &str, path: &str) -> Result<(usize, u32), String> {
         let library = Library::build(&[]).expect("sound");
         let compound = library.get(name).expect("published");
-        Place::find(compound.message().expect("a message"), path).map(|it| (it.at, it.primitive.bits))
+        BitPlace::find(compound.message().expect("a message"), path).map(|it| (it.at, it.primitive.bits))
     }
 
     #[test]
@@ -159,7 +159,7 @@ mod tests {
     fn a_number_that_does_not_fit_saturates_and_none_is_zero() {
         let library = Library::build(&[]).expect("sound");
         let message = library.get("uavcan.equipment.esc.Status").and_then(|it| it.message()).expect("there");
-        let place = |path| Place::find(message, path).expect("there");
+        let place = |path| BitPlace::find(message, path).expect("there");
         let mut payload = [0xFF; 14];
         for (path, value, read) in [
             ("rpm", 200_000.0, 131_071.0),

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use crate::can::config::{BusConfig, SignalConfig};
 use crate::can::error::CanError;
 use crate::can::resolve::{fail, read_unit};
-use crate::can::route::Refusal;
+use crate::can::route::FrameRefusal;
 use crate::signal::Channel;
 
 use super::assembler::{Subscription, Transfer};
 use super::dsdl::{Compound, Structure};
 use super::library::Library;
-use super::place::Place;
+use super::place::BitPlace;
 use super::transfer::{GREATEST_NODE, TransferKind};
 use super::value::{empty_message, encode};
 
@@ -23,7 +23,7 @@ pub(super) struct Bound {
     /// Path of the field.
     pub path: String,
     pub unit: String,
-    pub place: Place,
+    pub place: BitPlace,
     /// SI value = number * `scale` + `offset`.
     pub scale: f64,
     pub offset: f64,
@@ -32,7 +32,7 @@ pub(super) struct Bound {
     /// The node that is believed; `None` = the first that says it.
     pub node: Option<u8>,
     /// The ESC index that the message must have, and where it stands.
-    pub esc: Option<(Place, u8)>,
+    pub esc: Option<(BitPlace, u8)>,
 }
 
 impl Bound {
@@ -46,14 +46,14 @@ impl Bound {
 
     /// The value in SI, or why not.
     #[inline]
-    pub(super) fn read(&self, payload: &[u8]) -> Result<f64, Refusal> {
-        let value = self.place.read(payload).ok_or(Refusal::WrongLength)? * self.scale + self.offset;
+    pub(super) fn read(&self, payload: &[u8]) -> Result<f64, FrameRefusal> {
+        let value = self.place.read(payload).ok_or(FrameRefusal::WrongLength)? * self.scale + self.offset;
         // A limit that lies on the number's grid must not be missed by the rounding of f64.
         let slack = 1e-9 * (self.range.1 - self.range.0);
         if !value.is_finite() {
-            Err(Refusal::NotANumber)
+            Err(FrameRefusal::NotANumber)
         } else if value < self.range.0 - slack || value > self.range.1 + slack {
-            Err(Refusal::OutOfRange)
+            Err(FrameRefusal::OutOfRange)
         } else {
             Ok(value)
         }
@@ -201,7 +201,7 @@ fn bind(
     config: &BusConfig,
 ) -> Result<Bound, String> {
     let message = compound.message().ok_or("this is a service, and no message")?;
-    let place = Place::find(message, path)?;
+    let place = BitPlace::find(message, path)?;
     let named = role.unit.as_deref().or_else(|| published_unit(&compound.name, path));
     let unit_name = named.ok_or("DSDL says no unit: give the role one, as `unit = \"rpm\"`")?;
     let unit = read_unit(unit_name, role.pole_pairs, channel.unit())?;
@@ -225,7 +225,7 @@ fn bind(
         }
     });
     // Who says which node it is of a type without an index needs no index.
-    let index = Place::find(message, "esc_index").ok();
+    let index = BitPlace::find(message, "esc_index").ok();
     let rotor = usize::from(channel.name().ends_with("_2"));
     let default = config.dronecan.esc_index.get(rotor).copied().map(u32::from);
     let esc = match (role.esc.or(default), index) {

@@ -5,9 +5,9 @@ use crate::can::resolve::fail;
 
 use super::assembler::Subscription;
 use super::crc;
-use super::dsdl::{Body, Structure};
+use super::dsdl::{CompoundBody, Structure};
 use super::library::Library;
-use super::transfer::{Header, TransferKind, priority};
+use super::transfer::{TransferHeader, TransferKind, priority};
 
 /// Services that nodes are asked for.
 pub(super) mod name {
@@ -28,7 +28,7 @@ impl Service {
     pub fn find(library: &Library, name: &str) -> Result<Self, CanError> {
         let missing = || fail("dronecan", format!("no type `{name}`"));
         let compound = library.get(name).ok_or_else(missing)?;
-        let (Body::Service(request, response), Some(type_id)) = (&compound.body, compound.id) else {
+        let (CompoundBody::Service(request, response), Some(type_id)) = (&compound.body, compound.id) else {
             return Err(missing());
         };
         let (request, response) = (request.clone(), response.clone());
@@ -53,16 +53,16 @@ impl Service {
     }
 
     /// The header of a request.
-    pub fn request(&self, source: u8, to: u8) -> Header {
+    pub fn request(&self, source: u8, to: u8) -> TransferHeader {
         self.header(source, TransferKind::Request { to })
     }
 
     /// The header of a response.
-    pub fn response(&self, source: u8, to: u8) -> Header {
+    pub fn response(&self, source: u8, to: u8) -> TransferHeader {
         self.header(source, TransferKind::Response { to })
     }
 
-    fn header(&self, source: u8, kind: TransferKind) -> Header {
-        Header { priority: priority::LOW, type_id: self.type_id, source, kind, discriminator: 0 }
+    fn header(&self, source: u8, kind: TransferKind) -> TransferHeader {
+        TransferHeader { priority: priority::LOW, type_id: self.type_id, source, kind, discriminator: 0 }
     }
 }

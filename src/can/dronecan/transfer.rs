@@ -2,7 +2,7 @@
 //!
 //! DroneCAN v0 specification, "CAN bus transport layer".
 
-use crate::can::frame::{Frame, Id, Kind};
+use crate::can::frame::{Frame, FrameKind, Id};
 
 use super::crc;
 
@@ -40,7 +40,7 @@ pub enum TransferKind {
 
 /// What the identifier of a frame says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Header {
+pub struct TransferHeader {
     /// 0 to 31.
     pub priority: u8,
     /// Data type id; of a message by nobody its two lowest bits.
@@ -53,7 +53,7 @@ pub struct Header {
     pub discriminator: u16,
 }
 
-impl Header {
+impl TransferHeader {
     /// Of a message of this node.
     #[must_use]
     pub fn message(priority: u8, type_id: u16, source: u8) -> Self {
@@ -138,7 +138,7 @@ impl TransferId {
 
 /// The frames of a transfer, one after the other; `seed` is that of the type, [`super::Subscription::seed`].
 #[derive(Debug, Clone)]
-pub struct Frames<'a> {
+pub struct TransferFrames<'a> {
     id: Id,
     seed: u16,
     transfer_id: u8,
@@ -149,10 +149,10 @@ pub struct Frames<'a> {
     is_over: bool,
 }
 
-impl<'a> Frames<'a> {
+impl<'a> TransferFrames<'a> {
     /// The frames that carry `payload`.
     #[must_use]
-    pub fn new(header: Header, seed: u16, transfer_id: u8, payload: &'a [u8]) -> Self {
+    pub fn new(header: TransferHeader, seed: u16, transfer_id: u8, payload: &'a [u8]) -> Self {
         let id = Id::Extended(header.id());
         Self { id, seed, transfer_id, payload, sent: 0, toggle: false, is_over: false }
     }
@@ -173,7 +173,7 @@ impl<'a> Frames<'a> {
     }
 }
 
-impl Iterator for Frames<'_> {
+impl Iterator for TransferFrames<'_> {
     type Item = Frame;
 
     fn next(&mut self) -> Option<Frame> {
@@ -184,7 +184,7 @@ impl Iterator for Frames<'_> {
         let total = self.payload.len() + if is_long { 2 } else { 0 };
         let length = (total - self.sent).min(FRAME_BYTES);
         let crc = if is_long && self.sent == 0 { crc::transfer_crc(self.seed, self.payload) } else { 0 };
-        let mut frame = Frame::zeros(self.id, Kind::Classic, length + 1);
+        let mut frame = Frame::zeros(self.id, FrameKind::Classic, length + 1);
         let start = self.sent == 0;
         for index in 0..length {
             let byte = self.byte(self.sent + index, crc.to_le_bytes(), is_long).unwrap_or(0);
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn any_identifier_of_a_node_is_read_and_written_again() {
         for id in (0..0x2000_0000_u32).step_by(0x3_17F1) {
-            assert_eq!(Header::parse(id).id(), id, "{id:#010x}");
+            assert_eq!(TransferHeader::parse(id).id(), id, "{id:#010x}");
         }
         for byte in 0..=u8::MAX {
             assert_eq!(Tail::parse(byte).byte(), byte);
@@ -219,8 +219,8 @@ mod tests {
 
     #[test]
     fn seven_bytes_are_one_frame_and_eight_are_two_with_a_checksum() {
-        let header = Header::message(priority::LOW, 341, 9);
-        let frames = |bytes: &[u8]| Frames::new(header, 0xFFFF, 30, bytes).collect::<Vec<_>>();
+        let header = TransferHeader::message(priority::LOW, 341, 9);
+        let frames = |bytes: &[u8]| TransferFrames::new(header, 0xFFFF, 30, bytes).collect::<Vec<_>>();
         let [only] = &frames(&[7; 7])[..] else { panic!("one frame") };
         assert_eq!((only.id(), only.data()[7]), (Id::Extended(0x1801_5509), 0xC0 | 30));
         let both = frames(&[7; 8]);
@@ -230,7 +230,7 @@ mod tests {
         assert_eq!((&both[0].data()[..2], both[1].length()), (&crc[..], 4));
         assert_eq!(frames(&[]).len(), 1);
         for bytes in 0..40 {
-            assert_eq!(frames(&vec![1; bytes]).len(), Frames::count(bytes), "{bytes}");
+            assert_eq!(frames(&vec![1; bytes]).len(), TransferFrames::count(bytes), "{bytes}");
         }
     }
 

@@ -2,7 +2,7 @@
 //! a cycle needs of a message is compiled to places ([`super::place`]).
 
 use super::bits;
-use super::dsdl::{Array, Cast, Kind, Primitive, Structure, Type};
+use super::dsdl::{Array, Cast, NumberKind, Primitive, Structure, Type};
 
 /// A value of any type.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ pub enum ValueError {
 pub fn empty(of: &Type, unknown: f64) -> Value {
     match of {
         Type::Void(_) => Value::Integer(0),
-        Type::Primitive(Primitive { kind: Kind::Float, .. }) => Value::Float(unknown),
+        Type::Primitive(Primitive { kind: NumberKind::Float, .. }) => Value::Float(unknown),
         Type::Primitive(_) => Value::Integer(0),
         Type::Array(array) if array.is_dynamic => Value::List(Vec::new()),
         Type::Array(array) => Value::List(vec![empty(&array.item, unknown); array.most]),
@@ -88,12 +88,12 @@ pub fn decode(structure: &Structure, payload: &[u8]) -> Result<Value, ValueError
 pub(super) fn raw_of(primitive: Primitive, value: &Value) -> Option<u64> {
     let Primitive { kind, bits, cast } = primitive;
     match (kind, value) {
-        (Kind::Float, Value::Float(value)) => Some(raw_float(bits, cast, *value)),
-        (Kind::Boolean, Value::Integer(value)) => Some(u64::from(*value != 0)),
-        (Kind::Unsigned | Kind::Signed, Value::Integer(value)) => {
+        (NumberKind::Float, Value::Float(value)) => Some(raw_float(bits, cast, *value)),
+        (NumberKind::Boolean, Value::Integer(value)) => Some(u64::from(*value != 0)),
+        (NumberKind::Unsigned | NumberKind::Signed, Value::Integer(value)) => {
             let greatest = i128::from(bits::mask(bits));
             let (least, greatest) = match kind {
-                Kind::Signed => (-(greatest >> 1) - 1, greatest >> 1),
+                NumberKind::Signed => (-(greatest >> 1) - 1, greatest >> 1),
                 _ => (0, greatest),
             };
             let value = if cast == Cast::Saturated { (*value).clamp(least, greatest) } else { *value };
@@ -125,13 +125,13 @@ fn raw_float(bits: u32, cast: Cast, value: f64) -> u64 {
 /// The number that bits of this type stand for, as far as `f64` holds it.
 #[must_use]
 #[inline]
-pub(super) fn number_of(kind: Kind, bits: u32, raw: u64) -> f64 {
+pub(super) fn number_of(kind: NumberKind, bits: u32, raw: u64) -> f64 {
     match (kind, bits) {
-        (Kind::Float, 16) => f64::from(bits::of_half(raw as u16)),
-        (Kind::Float, 32) => f64::from(f32::from_bits(raw as u32)),
-        (Kind::Float, _) => f64::from_bits(raw),
-        (Kind::Signed, _) => extend(raw, bits) as f64,
-        (Kind::Boolean | Kind::Unsigned, _) => raw as f64,
+        (NumberKind::Float, 16) => f64::from(bits::of_half(raw as u16)),
+        (NumberKind::Float, 32) => f64::from(f32::from_bits(raw as u32)),
+        (NumberKind::Float, _) => f64::from_bits(raw),
+        (NumberKind::Signed, _) => extend(raw, bits) as f64,
+        (NumberKind::Boolean | NumberKind::Unsigned, _) => raw as f64,
     }
 }
 
@@ -241,9 +241,9 @@ impl Reader<'_> {
             Type::Primitive(Primitive { kind, bits, .. }) => {
                 let raw = self.take(*bits)?;
                 Ok(match kind {
-                    Kind::Float => Value::Float(number_of(*kind, *bits, raw)),
-                    Kind::Signed => Value::Integer(i128::from(extend(raw, *bits))),
-                    Kind::Boolean | Kind::Unsigned => Value::Integer(i128::from(raw)),
+                    NumberKind::Float => Value::Float(number_of(*kind, *bits, raw)),
+                    NumberKind::Signed => Value::Integer(i128::from(extend(raw, *bits))),
+                    NumberKind::Boolean | NumberKind::Unsigned => Value::Integer(i128::from(raw)),
                 })
             }
             Type::Array(array) => self.array(array, is_last),

@@ -36,12 +36,12 @@ struct Source {
 
 /// What is known of all of them.
 #[derive(Debug, Clone)]
-pub(super) struct Watch {
+pub(super) struct NodeWatch {
     nodes: Vec<Known>,
     sources: [Source; Channel::ALL.len()],
 }
 
-impl Watch {
+impl NodeWatch {
     pub fn new() -> Self {
         Self { nodes: vec![Known::default(); NODES], sources: [Source::default(); Channel::ALL.len()] }
     }
@@ -69,7 +69,7 @@ impl Watch {
 
     /// `node` says how it is.
     pub fn heard(&mut self, common: &Common, node: u8, payload: &[u8], now_ns: u64) {
-        let read = |place: &super::place::Place| place.read(payload);
+        let read = |place: &super::place::BitPlace| place.read(payload);
         let (Some(known), Some(uptime_s), Some(health), Some(mode)) = (
             self.nodes.get_mut(usize::from(node)),
             read(&common.uptime),

@@ -1,6 +1,6 @@
 use crate::can::MessageConfig;
 use crate::can::resolve::*;
-use crate::can::route::Reading;
+use crate::can::route::FrameReading;
 
 fn database(body: &str) -> Database {
     let text = format!("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n{body}\n");
@@ -27,7 +27,7 @@ fn a_signal_is_measured_in_the_units_of_the_house() {
     assert!(near(kelvin.range.0, 233.15) && near(kelvin.range.1, 353.15), "{:?}", kelvin.range);
     let mut payload = [0; 64];
     payload[0] = 200;
-    let Some(Reading::Value(value)) = kelvin.read(&payload) else { panic!("it is in range") };
+    let Some(FrameReading::Value(value)) = kelvin.read(&payload) else { panic!("it is in range") };
     assert!(near(value, 333.15), "60 degrees: {value}");
     let twice = bound(signal, &SignalConfig { factor: -2.0, ..role() }, "K").expect("a temperature");
     assert!(near(twice.scale, -2.0) && near(twice.offset, -546.3), "{twice:?}");
@@ -55,8 +55,8 @@ fn a_limit_on_the_grid_is_not_missed_by_rounding() {
     };
     for sign in [1, -1] {
         let value = f64::from(sign * 2_999_006) * 0.1;
-        assert_eq!(read(sign * 2_999_006), Some(Reading::Value(value)), "{value}");
-        assert!(matches!(read(sign * 2_999_007), Some(Reading::Refused(_))));
+        assert_eq!(read(sign * 2_999_006), Some(FrameReading::Value(value)), "{value}");
+        assert!(matches!(read(sign * 2_999_007), Some(FrameReading::Refused(_))));
     }
 }
 

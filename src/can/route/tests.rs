@@ -1,8 +1,8 @@
-use crate::can::layout::{ByteOrder, Layout, Number};
+use crate::can::layout::{ByteOrder, NumberFormat, SignalLayout};
 use crate::can::route::*;
 
 fn codec(start: u16, size: u16, length: usize) -> SignalCodec {
-    let layout = Layout { start, size, order: ByteOrder::Little, number: Number::Unsigned };
+    let layout = SignalLayout { start, size, order: ByteOrder::Little, number: NumberFormat::Unsigned };
     SignalCodec::build(layout, length, 0.25, -1.0).expect("fits")
 }
 
@@ -22,7 +22,7 @@ fn binding(field: u32, start: u16, size: u16, length: usize) -> Binding<u32> {
 }
 
 fn counter(start: u16, size: u16, length: usize) -> Option<(String, SignalCodec)> {
-    let layout = Layout { start, size, order: ByteOrder::Little, number: Number::Unsigned };
+    let layout = SignalLayout { start, size, order: ByteOrder::Little, number: NumberFormat::Unsigned };
     Some(("counter".to_owned(), SignalCodec::build(layout, length, 1.0, 0.0).expect("fits")))
 }
 
@@ -52,12 +52,12 @@ fn a_value_is_good_up_to_its_limits_and_the_slack_of_rounding() {
     let binding = binding(0, 8, 8, 8);
     // (raw / 4 - 1) * 2 + 3: half a unit a step, from 1.
     for (raw, reading) in [
-        (6, Reading::Refused(Refusal::OutOfRange)),
-        (7, Reading::Value(4.5)),
-        (8, Reading::Value(5.0)),
-        (20, Reading::Value(11.0)),
-        (21, Reading::Value(11.5)),
-        (22, Reading::Refused(Refusal::OutOfRange)),
+        (6, FrameReading::Refused(FrameRefusal::OutOfRange)),
+        (7, FrameReading::Value(4.5)),
+        (8, FrameReading::Value(5.0)),
+        (20, FrameReading::Value(11.0)),
+        (21, FrameReading::Value(11.5)),
+        (22, FrameReading::Refused(FrameRefusal::OutOfRange)),
     ] {
         assert_eq!(binding.read(&payload(&[0, raw])), Some(reading), "{raw}");
     }
@@ -73,7 +73,7 @@ fn a_signal_of_a_page_is_read_there_alone_and_selects_what_it_needs() {
     let (_, page) = counter(0, 4, 8).expect("a codec");
     let (_, book) = counter(8, 8, 8).expect("a codec");
     paged.selectors = vec![(page, vec![(3, 3), (5, 6)]), (book, vec![(9, 9)])];
-    let good = Some(Reading::Value(6.0));
+    let good = Some(FrameReading::Value(6.0));
     for (bytes, reading) in [
         ([3, 9, 10], good),
         ([5, 9, 10], good),
@@ -129,7 +129,7 @@ fn a_counter_is_as_wide_as_its_signal() {
         route.check_counter(&mut state, &frame)
     };
     assert_eq!([check(14), check(15), check(0), check(3)], [Ok(0), Ok(0), Ok(0), Ok(2)]);
-    assert_eq!(check(3), Err(Refusal::Counter));
+    assert_eq!(check(3), Err(FrameRefusal::Counter));
 }
 
 /// What arbitration does: the 11 bits that all identifiers begin with decide, a short one wins a tie, then the other 18 do.
@@ -156,12 +156,12 @@ fn messages_are_in_the_order_of_arbitration() {
                 (routes.find(&frame).map(|(index, route)| (index, route.id)), routes.has(&frame))
             };
             assert_eq!(at(Frame::classic(id, &[1, 2])), (Ok((index, id)), true));
-            assert_eq!(at(Frame::classic(id, &[1])), (Err(Refusal::WrongLength), true));
-            assert_eq!(at(Frame::remote(id, 2)), (Err(Refusal::UnknownId), false));
+            assert_eq!(at(Frame::classic(id, &[1])), (Err(FrameRefusal::WrongLength), true));
+            assert_eq!(at(Frame::remote(id, 2)), (Err(FrameRefusal::UnknownId), false));
         }
         for id in [Id::Standard(0x0FF), Id::Standard(0), Id::Extended(0x100), long(0x100, 2)] {
             let frame = Frame::classic(id, &[1, 2]).expect("fits");
-            assert_eq!((routes.find(&frame), routes.has(&frame)), (Err(Refusal::UnknownId), false));
+            assert_eq!((routes.find(&frame), routes.has(&frame)), (Err(FrameRefusal::UnknownId), false));
         }
     }
 }
@@ -170,23 +170,23 @@ fn messages_are_in_the_order_of_arbitration() {
 fn what_is_longer_than_a_classic_frame_is_sent_as_fd() {
     let id = Id::Standard(1);
     let short = route(id, 8, Vec::new());
-    assert_eq!((short.needs_fd(), short.emit(&mut 0, |_| 0.0).kind()), (false, Kind::Classic));
+    assert_eq!((short.needs_fd(), short.emit(&mut 0, |_| 0.0).kind()), (false, FrameKind::Classic));
     let long = route(id, 12, vec![binding(0, 88, 8, 12)]);
     assert!(long.needs_fd());
     let frame = long.emit(&mut 0, |_| 6.0);
-    assert_eq!(frame.kind(), Kind::Fd { bit_rate_switch: true, error_state: false });
+    assert_eq!(frame.kind(), FrameKind::Fd { bit_rate_switch: true, error_state: false });
     assert_eq!(frame.data(), [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10]);
 }
 
 #[test]
 fn a_refusal_says_its_cause_and_flags_the_value_where_there_is_one() {
     let said = [
-        (Refusal::UnknownId, "unknown identifier", 0),
-        (Refusal::ForeignCommand, "command of another sender", 0),
-        (Refusal::WrongLength, "wrong length", 0),
-        (Refusal::Counter, "counter", Health::COUNTER),
-        (Refusal::NotANumber, "not a number", Health::NOT_A_NUMBER),
-        (Refusal::OutOfRange, "out of range", Health::OUT_OF_RANGE),
+        (FrameRefusal::UnknownId, "unknown identifier", 0),
+        (FrameRefusal::ForeignCommand, "command of another sender", 0),
+        (FrameRefusal::WrongLength, "wrong length", 0),
+        (FrameRefusal::Counter, "counter", Health::COUNTER),
+        (FrameRefusal::NotANumber, "not a number", Health::NOT_A_NUMBER),
+        (FrameRefusal::OutOfRange, "out of range", Health::OUT_OF_RANGE),
     ];
     for (refusal, text, health) in said {
         assert_eq!((refusal.to_string().as_str(), refusal.health()), (text, health));
@@ -197,7 +197,7 @@ fn a_refusal_says_its_cause_and_flags_the_value_where_there_is_one() {
 #[test]
 fn a_frame_of_a_capture_may_lack_what_nobody_reads() {
     let id = Id::Standard(1);
-    let big = Layout { start: 39, size: 16, order: ByteOrder::Big, number: Number::Signed };
+    let big = SignalLayout { start: 39, size: 16, order: ByteOrder::Big, number: NumberFormat::Signed };
     let big = SignalCodec::build(big, 8, 0.1, 0.0).expect("fits");
     let paged = Binding { selectors: vec![(codec(48, 4, 8), vec![(0, 0)])], ..binding(0, 8, 8, 8) };
     let of = |bindings| route(id, 8, bindings);
@@ -214,12 +214,12 @@ fn a_frame_of_a_capture_may_lack_what_nobody_reads() {
         for length in 0..=8 {
             let frame = Frame::classic(id, &[0; 8][..length]).expect("fits");
             let found = |routes: &Routes<u32>| routes.find(&frame).map(|(index, _)| index);
-            let expected = |fits| if fits { Ok(0) } else { Err(Refusal::WrongLength) };
+            let expected = |fits| if fits { Ok(0) } else { Err(FrameRefusal::WrongLength) };
             assert_eq!(found(&bus), expected(length == 8), "{length} bytes on a bus");
             assert_eq!(found(&capture), expected(length >= least), "{length} bytes, {least} needed");
         }
     }
     let short = Routes::new(vec![route(id, 2, vec![binding(0, 0, 8, 2)])]).of_capture();
     let longer = Frame::classic(id, &[0; 3]).expect("fits");
-    assert_eq!(short.find(&longer).map(|_| ()), Err(Refusal::WrongLength), "longer than the message");
+    assert_eq!(short.find(&longer).map(|_| ()), Err(FrameRefusal::WrongLength), "longer than the message");
 }

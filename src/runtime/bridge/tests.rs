@@ -1,6 +1,6 @@
 //! A bridge on a bus in the test's hands.
 
-use crate::can::{Arrival, Fault, Frame, PortCounts, Roles};
+use crate::can::{Arrival, BusFault, Frame, PortCounts, Roles};
 use crate::guard::OperatorAct;
 use crate::runtime::bridge::*;
 use crate::shm::{COMMAND, Place, Publisher, REQUEST, SENSORS};
@@ -27,7 +27,7 @@ struct HandBus {
 }
 
 impl Bus for HandBus {
-    fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+    fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, BusFault> {
         self.looks += 1;
         self.looked_ns = self.now_ns;
         self.now_ns += self.takes_ns;
@@ -37,7 +37,7 @@ impl Bus for HandBus {
         Ok(0)
     }
 
-    fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+    fn send(&mut self, _: &Frame) -> Result<(), BusFault> {
         self.looks_before = self.looks;
         if let Some((operator, request)) = &mut self.aside {
             operator.send(request);
