@@ -11,13 +11,13 @@ use crate::emulate::EmulatorConfig;
 use crate::file::{SettingsKind, line_and_column, read_settings_text, settings_kind, toml_reason};
 use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
-use crate::shm::{Place, SharedMemoryConfig, ShmError};
+use crate::shm::{BenchPlace, SharedMemoryConfig, ShmError};
 use crate::signal::Sensor;
 
 /// What starts a control step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Trigger {
+pub enum StepTrigger {
     /// The paper's fixed T_c: an absolute-time grid.
     #[default]
     Timer,
@@ -43,7 +43,7 @@ pub struct BenchConfig {
     /// [s] control period T_c. [LPC16] Table IV.
     pub period_s: f64,
     /// What starts a control step.
-    pub trigger: Trigger,
+    pub trigger: StepTrigger,
     /// Model file, or `paper` for the built-in Tables I and IV.
     pub model: String,
     /// Real-time settings.
@@ -155,7 +155,7 @@ impl BenchConfig {
     /// # Errors
     /// [`BenchError`] with what was found.
     pub fn check(&self) -> Result<(), BenchError> {
-        Place::check_name(&self.name)?;
+        BenchPlace::check_name(&self.name)?;
         if !(SHORTEST_PERIOD_S..=LONGEST_PERIOD_S).contains(&self.period_s) {
             return Err(BenchError::Period { period_s: self.period_s });
         }
@@ -201,7 +201,7 @@ impl Default for BenchConfig {
         Self {
             name: "bench".to_owned(),
             period_s: 0.02,
-            trigger: Trigger::default(),
+            trigger: StepTrigger::default(),
             model: "paper".to_owned(),
             real_time: RealTimeConfig::default(),
             shared_memory: SharedMemoryConfig::default(),

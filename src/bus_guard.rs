@@ -10,8 +10,8 @@ use crate::guard::thresholds::THRESHOLDS;
 use crate::guard::{Cause, Guard, GuardState, OperatorAct, State};
 use crate::rt::{Cycle, Release};
 use crate::shm::{
-    APPLIED, Bell, Bench, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, REQUEST, SENSORS, STOPS, ShmError,
-    Subscriber, Waiter,
+    APPLIED, Bell, BenchMember, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, REQUEST, SENSORS, STOPS,
+    ShmError, Subscriber, Waiter,
 };
 use crate::signal::{
     Applied, AppliedFlags, Command, CycleSample, GuardEvent, GuardStep, Heartbeat, ROTORS, Request, Sensors,
@@ -59,7 +59,7 @@ impl BusGuard {
     ///
     /// # Errors
     /// [`ShmError::Claimed`] when the bench has a bridge or emulator.
-    pub fn open(bench: &Bench, guard: Guard, period_ns: u64) -> Result<Self, ShmError> {
+    pub fn open(bench: &BenchMember, guard: Guard, period_ns: u64) -> Result<Self, ShmError> {
         let now_ns = clock::monotonic_ns();
         Ok(Self {
             guard,
@@ -317,7 +317,7 @@ struct Arming {
 }
 
 impl Topics {
-    fn open(bench: &Bench, now_ns: u64) -> Result<Self, ShmError> {
+    fn open(bench: &BenchMember, now_ns: u64) -> Result<Self, ShmError> {
         let role = bench.role();
         Ok(Self {
             role: role as u32,

@@ -3,14 +3,14 @@
 
 use std::time::{Duration, Instant};
 
-use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::bus_guard::BusGuard;
 use rotorbench::can::{BusConfig, Frame, Id, ProtocolName, RotorCommands, protocol};
 use rotorbench::clock;
 use rotorbench::guard::GuardConfig;
 use rotorbench::runtime::control::ControlLoop;
 use rotorbench::runtime::controller_plant;
-use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
+use rotorbench::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS, SharedMemoryConfig};
 use rotorbench::signal::{Applied, Sample, Sensors};
 
 use crate::counting::allocations;
@@ -20,7 +20,7 @@ const PERIOD_NS: u64 = 2_000_000;
 /// State code of an armed guard, as a bit.
 const ARMED: u32 = 1 << 2;
 
-fn config(test: &str, trigger: Trigger) -> BenchConfig {
+fn config(test: &str, trigger: StepTrigger) -> BenchConfig {
     // Short pre-arm checks: on a loaded machine 200 ms without one late command at 500 Hz may never come.
     let guard = GuardConfig { arm_checks_s: 0.02, ..GuardConfig::default() };
     BenchConfig {
@@ -33,7 +33,7 @@ fn config(test: &str, trigger: Trigger) -> BenchConfig {
 }
 
 fn remove(config: &BenchConfig) {
-    Place::open(&config.name, &SharedMemoryConfig::default()).expect("there").remove().expect("removed");
+    BenchPlace::open(&config.name, &SharedMemoryConfig::default()).expect("there").remove().expect("removed");
 }
 
 fn sensors(sequence: u64) -> Sensors {
@@ -57,15 +57,16 @@ fn the_counter_counts() {
 }
 
 /// Controller and guard on two threads, as in two processes: hundreds of cycles of each, armed, through a restart of each peer.
-fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
+fn cycles_do_not_allocate(test: &str, trigger: StepTrigger) {
     let config = config(test, trigger);
     let incarnations = 3;
     let gate_config = config.clone();
     let gate_thread = std::thread::spawn(move || {
         let guard = gate_config.guard.build(gate_config.period_s).expect("valid");
         for _ in 0..incarnations {
-            let bench = Bench::join(&gate_config.name, &SharedMemoryConfig::default(), Role::Emulate)
-                .expect("joined");
+            let bench =
+                BenchMember::join(&gate_config.name, &SharedMemoryConfig::default(), ProcessRole::Emulate)
+                    .expect("joined");
             let mut guard = BusGuard::open(&bench, guard.clone(), PERIOD_NS).expect("the only guard");
             guard.arm_by_itself();
             let (states, count) = allocations(|| {
@@ -99,7 +100,8 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
     });
     let source = controller_plant::command_source(&config).expect("the built-in bench");
     let mut control = ControlLoop::open(&config, source).expect("the only controller");
-    let observer = Bench::join(&config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+    let observer = BenchMember::join(&config.name, &SharedMemoryConfig::default(), ProcessRole::Monitor)
+        .expect("joined");
     let mut sensors_seen = observer.subscribe(&SENSORS).expect("subscribed");
     let start = Instant::now();
     let (commands, count) = allocations(|| {
@@ -125,12 +127,12 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
 
 #[test]
 fn cycles_on_a_timer_do_not_allocate() {
-    cycles_do_not_allocate("timer", Trigger::Timer);
+    cycles_do_not_allocate("timer", StepTrigger::Timer);
 }
 
 #[test]
 fn cycles_on_the_imu_frame_do_not_allocate() {
-    cycles_do_not_allocate("imu", Trigger::Imu);
+    cycles_do_not_allocate("imu", StepTrigger::Imu);
 }
 
 /// Both ends of a bus on DroneCAN, and whatever comes on it.

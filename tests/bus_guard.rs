@@ -1,12 +1,14 @@
 //! The guard and the controller on their bench, in the thread of the test and at times that the test says.
 
-use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::bus_guard::BusGuard;
 use rotorbench::clock;
 use rotorbench::guard::{Cause, OperatorAct, State};
 use rotorbench::runtime::control::ControlLoop;
 use rotorbench::runtime::controller_plant;
-use rotorbench::shm::{Bench, COMMAND, Place, REQUEST, Role, SENSORS, SharedMemoryConfig, Waiter};
+use rotorbench::shm::{
+    BenchMember, BenchPlace, COMMAND, ProcessRole, REQUEST, SENSORS, SharedMemoryConfig, Waiter,
+};
 use rotorbench::signal::{Request, Sample, Sensors};
 
 const PERIOD_NS: u64 = 20_000_000;
@@ -16,19 +18,19 @@ struct Name(String);
 
 impl Drop for Name {
     fn drop(&mut self) {
-        if let Ok(place) = Place::open(&self.0, &SharedMemoryConfig::default()) {
+        if let Ok(place) = BenchPlace::open(&self.0, &SharedMemoryConfig::default()) {
             let _ = place.remove();
         }
     }
 }
 
-fn bench(test: &str, trigger: Trigger) -> (Name, BenchConfig) {
+fn bench(test: &str, trigger: StepTrigger) -> (Name, BenchConfig) {
     let name = format!("t{}-{test}", std::process::id());
     (Name(name.clone()), BenchConfig { name, trigger, ..BenchConfig::default() })
 }
 
-fn join(config: &BenchConfig, role: Role) -> Bench {
-    Bench::join(&config.name, &config.shared_memory, role).expect("joined")
+fn join(config: &BenchConfig, role: ProcessRole) -> BenchMember {
+    BenchMember::join(&config.name, &config.shared_memory, role).expect("joined")
 }
 
 fn sensors(sequence: u64, stamp_ns: u64) -> Sensors {
@@ -45,11 +47,11 @@ fn sensors(sequence: u64, stamp_ns: u64) -> Sensors {
 
 /// States that a guard with `--arm` goes through in four seconds, when an operator says `act` after one.
 fn states_with_arm(test: &str, act: Option<OperatorAct>) -> (Vec<State>, Vec<State>) {
-    let (_name, config) = bench(test, Trigger::Timer);
+    let (_name, config) = bench(test, StepTrigger::Timer);
     // Before the guard, which meets it as it opens.
-    let operator = join(&config, Role::Operator);
+    let operator = join(&config, ProcessRole::Operator);
     let mut requests = operator.publish(&REQUEST).expect("the only operator");
-    let member = join(&config, Role::Emulate);
+    let member = join(&config, ProcessRole::Emulate);
     let guard = config.guard.build(config.period_s).expect("valid");
     let mut guard = BusGuard::open(&member, guard, PERIOD_NS).expect("the only guard");
     guard.arm_by_itself();
@@ -88,13 +90,13 @@ fn a_disarm_or_stop_ends_the_wish_to_arm_by_itself() {
 #[test]
 fn a_faster_imu_does_not_make_the_controller_faster() {
     for factor in [1, 4] {
-        let (_name, config) = bench(&format!("imu{factor}"), Trigger::Imu);
-        let imu = join(&config, Role::Emulate);
+        let (_name, config) = bench(&format!("imu{factor}"), StepTrigger::Imu);
+        let imu = join(&config, ProcessRole::Emulate);
         let mut out = imu.publish(&SENSORS).expect("the only publisher");
         let bell = imu.bell(Waiter::Control).expect("opened");
         let source = controller_plant::command_source(&config).expect("the built-in bench");
         let mut control = ControlLoop::open(&config, source).expect("the only controller");
-        let mut commands = join(&config, Role::Monitor).subscribe(&COMMAND).expect("subscribed");
+        let mut commands = join(&config, ProcessRole::Monitor).subscribe(&COMMAND).expect("subscribed");
         let start_ns = clock::monotonic_ns();
         let mut steps = 0;
         for frame in 1..=100 * factor {

@@ -6,7 +6,9 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use rotorbench::shm::{Bench, COMMAND, Place, REQUEST, Role, SENSORS, SharedMemoryConfig, ShmError, Waiter};
+use rotorbench::shm::{
+    BenchMember, BenchPlace, COMMAND, ProcessRole, REQUEST, SENSORS, SharedMemoryConfig, ShmError, Waiter,
+};
 use rotorbench::signal::{Command, Request, Sensors};
 
 /// A bench of its own for each test, so that tests of one machine never meet; removed at the end.
@@ -21,7 +23,7 @@ impl std::ops::Deref for Name {
 
 impl Drop for Name {
     fn drop(&mut self) {
-        if let Ok(place) = Place::open(&self.0, &SharedMemoryConfig::default()) {
+        if let Ok(place) = BenchPlace::open(&self.0, &SharedMemoryConfig::default()) {
             place.remove().expect("the bench can be removed");
         }
     }
@@ -31,8 +33,8 @@ fn name(test: &str) -> Name {
     Name(format!("t{}-{test}", std::process::id()))
 }
 
-fn join(name: &str, role: Role) -> Bench {
-    Bench::join(name, &SharedMemoryConfig::default(), role).expect("the bench can be joined")
+fn join(name: &str, role: ProcessRole) -> BenchMember {
+    BenchMember::join(name, &SharedMemoryConfig::default(), role).expect("the bench can be joined")
 }
 
 /// Waits for what another thread or process will do; the limit only ends a test that hangs.
@@ -54,7 +56,7 @@ fn sensors(sequence: u64) -> Sensors {
 #[test]
 fn every_value_arrives_in_order_and_the_newest_at_once() {
     let name = name("order");
-    let (there, here) = (join(&name, Role::Emulate), join(&name, Role::Control));
+    let (there, here) = (join(&name, ProcessRole::Emulate), join(&name, ProcessRole::Control));
     let mut publisher = there.publish(&SENSORS).expect("first publisher");
     let mut all = here.subscribe(&SENSORS).expect("subscribed");
     let mut newest = here.subscribe(&SENSORS).expect("subscribed");
@@ -72,7 +74,7 @@ fn every_value_arrives_in_order_and_the_newest_at_once() {
 #[test]
 fn a_reader_that_is_overtaken_counts_what_it_lost() {
     let name = name("overtaken");
-    let bench = join(&name, Role::Emulate);
+    let bench = join(&name, ProcessRole::Emulate);
     let mut publisher = bench.publish(&SENSORS).expect("first publisher");
     let mut reader = bench.subscribe(&SENSORS).expect("subscribed");
     for sequence in 1..=5_000 {
@@ -87,12 +89,12 @@ fn a_reader_that_is_overtaken_counts_what_it_lost() {
 #[test]
 fn who_comes_late_starts_with_the_newest() {
     let name = name("late");
-    let bench = join(&name, Role::Emulate);
+    let bench = join(&name, ProcessRole::Emulate);
     let mut publisher = bench.publish(&SENSORS).expect("first publisher");
     for sequence in 1..=10 {
         publisher.send(&sensors(sequence));
     }
-    let mut late = join(&name, Role::Record).subscribe(&SENSORS).expect("subscribed");
+    let mut late = join(&name, ProcessRole::Record).subscribe(&SENSORS).expect("subscribed");
     assert_eq!(late.next_in_order().map(|it| it.sequence), Some(10));
     assert!(late.next_in_order().is_none());
 }
@@ -102,14 +104,14 @@ fn who_comes_late_starts_with_the_newest() {
 #[test]
 fn who_joins_leaves_alone_what_is_just_being_made() {
     let name = name("making");
-    let here = join(&name, Role::Emulate);
+    let here = join(&name, ProcessRole::Emulate);
     let directory = here.place().directory().file_name().expect("a name").to_string_lossy().into_owned();
     let segment = PathBuf::from(format!("/dev/shm/{directory}.being_made"));
     fs::write(&segment, "").expect("written");
     let mode = || fs::metadata(&segment).expect("there").permissions().mode() & 0o777;
     for (before, after) in [(0o222, 0o222), (0o666, 0o600)] {
         fs::set_permissions(&segment, fs::Permissions::from_mode(before)).expect("ours");
-        drop(join(&name, Role::Monitor));
+        drop(join(&name, ProcessRole::Monitor));
         assert_eq!(mode(), after, "{before:o} became {:o}", mode());
     }
     fs::remove_file(&segment).expect("ours");
@@ -118,12 +120,12 @@ fn who_joins_leaves_alone_what_is_just_being_made() {
 #[test]
 fn a_second_publisher_is_refused_and_a_second_life_is_met() {
     let name = name("incarnations");
-    let reader = join(&name, Role::Emulate);
+    let reader = join(&name, ProcessRole::Emulate);
     let mut commands = reader.subscribe(&COMMAND).expect("subscribed");
     for life in 1..=3 {
-        let controller = join(&name, Role::Control);
+        let controller = join(&name, ProcessRole::Control);
         let mut publisher = controller.publish(&COMMAND).expect("the only publisher");
-        let refused = join(&name, Role::Control).publish(&COMMAND).expect_err("there is one");
+        let refused = join(&name, ProcessRole::Control).publish(&COMMAND).expect_err("there is one");
         let sentence = refused.to_string();
         assert!(matches!(refused, ShmError::Claimed { process_id, .. } if process_id == std::process::id()));
         assert!(sentence.contains("`command` is published by control"), "{sentence}");
@@ -141,7 +143,7 @@ fn a_second_publisher_is_refused_and_a_second_life_is_met() {
 #[test]
 fn two_benches_never_meet() {
     let (first, second) = (name("one"), name("two"));
-    let (one, two) = (join(&first, Role::Control), join(&second, Role::Control));
+    let (one, two) = (join(&first, ProcessRole::Control), join(&second, ProcessRole::Control));
     let mut from_one = one.publish(&COMMAND).expect("first publisher");
     let _from_two = two.publish(&COMMAND).expect("first publisher of the other bench");
     let mut at_two = two.subscribe(&COMMAND).expect("subscribed");
@@ -152,10 +154,10 @@ fn two_benches_never_meet() {
 #[test]
 fn a_bell_wakes_once_however_often_it_rang() {
     let name = name("bell");
-    let bench = join(&name, Role::Control);
+    let bench = join(&name, ProcessRole::Control);
     let (here, there) = (
         bench.bell(Waiter::Control).expect("opened"),
-        join(&name, Role::Emulate).bell(Waiter::Control).expect("opened"),
+        join(&name, ProcessRole::Emulate).bell(Waiter::Control).expect("opened"),
     );
     // More than a FIFO holds: a bell that nobody answers must not block who rings it.
     for _ in 0..100_000 {
@@ -175,7 +177,8 @@ fn a_bell_wakes_once_however_often_it_rang() {
 #[test]
 fn a_name_that_is_no_file_name_is_refused() {
     for name in ["", "a/b", "../x", "a b", "é", &"n".repeat(33)] {
-        let refused = Bench::join(name, &SharedMemoryConfig::default(), Role::Control).expect_err("refused");
+        let refused = BenchMember::join(name, &SharedMemoryConfig::default(), ProcessRole::Control)
+            .expect_err("refused");
         assert!(matches!(refused, ShmError::Name { .. }), "{refused}");
     }
 }
@@ -204,7 +207,7 @@ fn not_shown(what: &str) {
 }
 
 /// Everything of a bench in the file system, except below directories that cannot be listed.
-fn files(place: &Place) -> Vec<PathBuf> {
+fn files(place: &BenchPlace) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = fs::read_dir("/dev/shm")
         .expect("listed")
         .flatten()
@@ -223,7 +226,7 @@ fn files(place: &Place) -> Vec<PathBuf> {
 
 /// A bench with everything it can have, at work.
 fn busy_bench(name: &str, config: &SharedMemoryConfig) -> impl Sized + use<> {
-    let bench = Bench::join(name, config, Role::Emulate).expect("joined");
+    let bench = BenchMember::join(name, config, ProcessRole::Emulate).expect("joined");
     let mut sensors_out = bench.publish(&SENSORS).expect("published");
     let commands = bench.publish(&COMMAND).expect("published");
     let reader = bench.subscribe(&SENSORS).expect("subscribed");
@@ -237,7 +240,7 @@ fn another_user_can_neither_command_nor_listen() {
     const NOBODY: u32 = 65_534;
     let name = name("alien");
     let _bench = busy_bench(&name, &SharedMemoryConfig::default());
-    let place = Place::open(&name, &SharedMemoryConfig::default()).expect("there");
+    let place = BenchPlace::open(&name, &SharedMemoryConfig::default()).expect("there");
     let files = files(&place);
     assert!(files.len() > 10, "the test looks at segments, claims, bells and services: {files:?}");
     let attempt = as_user(NOBODY, NOBODY, || {
@@ -249,8 +252,8 @@ fn another_user_can_neither_command_nor_listen() {
             files.iter().filter(|path| !denied(path, false) || !denied(path, true)).collect();
         let listed = fs::read_dir(place.directory()).is_ok();
         // The same name, joined by another user, is another bench.
-        let own =
-            Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect("a bench of their own");
+        let own = BenchMember::join(&name, &SharedMemoryConfig::default(), ProcessRole::Control)
+            .expect("a bench of their own");
         let heard = own.subscribe(&SENSORS).expect("subscribed").newest();
         let commanding = own.publish(&COMMAND).is_ok();
         let own_place = own.place().clone();
@@ -270,15 +273,15 @@ fn with_a_group_its_members_join_and_others_do_not() {
     let config = SharedMemoryConfig { group: Some("games".to_owned()) };
     let name = format!("t{}-group", std::process::id());
     // Debian's `games` has number 60 everywhere; the test asks the system what it is.
-    let Ok(place) = Place::open(&name, &config) else {
+    let Ok(place) = BenchPlace::open(&name, &config) else {
         return not_shown("a group shares a bench (no group `games`, or not a member)");
     };
     let games = std::os::unix::fs::MetadataExt::gid(&fs::metadata(place.directory()).expect("there"));
     let bench = busy_bench(&name, &config);
-    let here = Bench::join(&name, &config, Role::Bridge).expect("joined");
+    let here = BenchMember::join(&name, &config, ProcessRole::Bridge).expect("joined");
     let mut requests = here.subscribe(&REQUEST).expect("subscribed");
     let member = as_user(20_001, games, || {
-        let mine = Bench::join(&name, &config, Role::Record).expect("a member joins");
+        let mine = BenchMember::join(&name, &config, ProcessRole::Record).expect("a member joins");
         mine.bell(Waiter::Control).expect("a member rings").ring();
         let refused = mine.publish(&COMMAND).expect_err("there is one");
         let heard = mine.subscribe(&SENSORS).expect("subscribed").newest().map(|it| it.sequence);
@@ -288,7 +291,7 @@ fn with_a_group_its_members_join_and_others_do_not() {
         (refused.to_string(), heard, eventually(|| requests.next_in_order()).sequence)
     });
     let stranger = as_user(20_002, 20_002, || {
-        Bench::join(&name, &config, Role::Record).map(|_| ()).map_err(|it| it.to_string())
+        BenchMember::join(&name, &config, ProcessRole::Record).map(|_| ()).map_err(|it| it.to_string())
     });
     drop(bench);
     drop(here);
@@ -305,10 +308,10 @@ fn with_a_group_its_members_join_and_others_do_not() {
 #[test]
 fn a_directory_that_somebody_put_in_the_way_is_refused() {
     let name = name("squat");
-    let place = Place::open(&name, &SharedMemoryConfig::default()).expect("made");
+    let place = BenchPlace::open(&name, &SharedMemoryConfig::default()).expect("made");
     fs::set_permissions(place.directory(), fs::Permissions::from_mode(0o707)).expect("opened to others");
-    let refused =
-        Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect_err("open to others");
+    let refused = BenchMember::join(&name, &SharedMemoryConfig::default(), ProcessRole::Control)
+        .expect_err("open to others");
     assert!(matches!(refused, ShmError::NotOurs { .. }), "{refused}");
     place.remove().expect("removed");
     let squatted = as_user(65_534, 65_534, || {
@@ -317,7 +320,8 @@ fn a_directory_that_somebody_put_in_the_way_is_refused() {
     if squatted.is_none() {
         return not_shown("a directory of another user is refused");
     }
-    let refused = Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect_err("not ours");
+    let refused =
+        BenchMember::join(&name, &SharedMemoryConfig::default(), ProcessRole::Control).expect_err("not ours");
     assert!(matches!(refused, ShmError::NotOurs { user: 65_534, .. }), "{refused}");
     fs::remove_dir(place.directory()).expect("removed");
 }

@@ -191,7 +191,7 @@ mod tests {
     use crate::bench::BenchConfig;
     use crate::can::Roles;
     use crate::runtime::{controller_plant, emulate};
-    use crate::shm::Place;
+    use crate::shm::BenchPlace;
 
     /// What `check` and the processes find wrong with a bench file, as its user reads it.
     fn said_of(text: &str) -> String {
@@ -203,7 +203,7 @@ mod tests {
             controller_plant::command_source(&config)?;
             config.real_time.check()?;
             emulate::emulator(&config)?;
-            Place::open(&config.name, &config.shared_memory)?;
+            BenchPlace::open(&config.name, &config.shared_memory)?;
             Ok(())
         };
         find().map_or_else(|error| error.in_bench_file(path, text).to_string(), |()| "nothing".to_owned())

@@ -54,7 +54,7 @@ macro_rules! guard_config {
             pub speed_check: SpeedCheckConfig,
             $($(
                 #[doc = concat!("Limits of `", stringify!($watched), "`.")]
-                pub $watched: SignalConfig,
+                pub $watched: SignalLimitsConfig,
             )?)+
         }
 
@@ -74,7 +74,7 @@ macro_rules! guard_config {
                     arm_timeout_s: 2.0,
                     request_time_to_live_s: 1.0,
                     speed_check: SpeedCheckConfig::default(),
-                    $($($watched: SignalConfig::default(),)?)+
+                    $($($watched: SignalLimitsConfig::default(),)?)+
                 }
             }
         }
@@ -82,7 +82,7 @@ macro_rules! guard_config {
         impl GuardConfig {
             /// The settings of a sensor; `None` where the guard does not watch it.
             #[must_use]
-            pub fn of(&self, sensor: Sensor) -> Option<&SignalConfig> {
+            pub fn of(&self, sensor: Sensor) -> Option<&SignalLimitsConfig> {
                 match sensor {
                     $($(Sensor::$sensor => Some(&self.$watched),)?)+
                     _ => None,
@@ -91,7 +91,7 @@ macro_rules! guard_config {
 
             /// The settings of a sensor, to change.
             #[must_use]
-            pub fn of_mut(&mut self, sensor: Sensor) -> Option<&mut SignalConfig> {
+            pub fn of_mut(&mut self, sensor: Sensor) -> Option<&mut SignalLimitsConfig> {
                 match sensor {
                     $($(Sensor::$sensor => Some(&mut self.$watched),)?)+
                     _ => None,
@@ -105,7 +105,7 @@ sensor_table!(guard_config);
 /// Limits of one signal. Unset = the signal's own default, in the table of docs/guide/guard.md.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct SignalConfig {
+pub struct SignalLimitsConfig {
     /// Whether the bench may run only while this signal is good.
     pub required: Option<bool>,
     /// [s] age of the last good value at which the rotors are stopped; default: the hold time.
@@ -228,7 +228,7 @@ impl GuardConfig {
     }
 }
 
-impl SignalConfig {
+impl SignalLimitsConfig {
     fn resolve(&self, row: &GuardRow, channel: Channel, hold_ns: u64) -> Result<SignalLimit, GuardError> {
         let minimum = self.minimum.unwrap_or(row.range.0);
         let maximum = self.maximum.unwrap_or(row.range.1);

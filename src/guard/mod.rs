@@ -22,7 +22,7 @@ pub mod thresholds;
 mod trouble;
 
 pub use built::{Guard, Limits};
-pub use config::{GuardConfig, GuardError, SignalConfig};
+pub use config::{GuardConfig, GuardError, SignalLimitsConfig};
 pub use memory::GuardState;
 pub use speed_config::SpeedCheckConfig;
 pub use speed_model::{Lacks, SpeedCheck, SpeedCheckError};

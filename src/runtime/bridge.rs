@@ -3,13 +3,13 @@
 use super::ProcessError;
 use super::bus_io::{BusIo, BusIoSummary, Look, check_arming, ramp_down};
 use super::control::end_after;
-use crate::bench::{BenchConfig, Trigger};
+use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
 use crate::can::{Bus, Port};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{self, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
-use crate::shm::{Bench, Role};
+use crate::shm::{BenchMember, ProcessRole};
 
 #[cfg(test)]
 mod tests;
@@ -30,7 +30,7 @@ pub struct BridgeLoop<B: Bus = Port> {
     /// Whether the controller waits for the gyro.
     wakes_control: bool,
     // Last: everything above lives on it.
-    _bench: Bench,
+    _bench: BenchMember,
 }
 
 /// What the bridge ends with.
@@ -59,11 +59,11 @@ impl BridgeLoop {
         let guard = super::controller_plant::guard(config)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
+        let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Bridge)?;
         let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
         let bus_io = BusIo::open(config, &bench, log)?;
-        let wakes_control = config.trigger == Trigger::Imu;
+        let wakes_control = config.trigger == StepTrigger::Imu;
         Ok(Self { guard, bus_io, hold_periods, wakes_control, _bench: bench })
     }
 

@@ -13,7 +13,7 @@ use crate::can::{FrameRefusal, NodeTrouble, join, kernel_has_can, protocol};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
-use crate::shm::{BUS, Bench, Publisher};
+use crate::shm::{BUS, BenchMember, Publisher};
 use crate::signal::{Applied, BusStatus, Channel, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
 
@@ -73,7 +73,7 @@ impl BusIo {
     ///
     /// # Errors
     /// A DBC file, a role or an interface that cannot be, with its name.
-    pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, bench: &BenchMember, log: LogQueue) -> Result<Self, ProcessError> {
         let end = protocol(&join(&config.bus)?, config.period_s)?.bridge_end();
         let interface = &config.bus.interface;
         let port = Port::open_with_echo_of(interface, config.bus.fd, &end.own())?;

@@ -6,16 +6,16 @@ use super::command_source::CommandSource;
 use super::control_output::{AngleError, ControlOutput};
 use super::imu_trigger::ImuTrigger;
 use super::thresholds::THRESHOLDS;
-use crate::bench::{BenchConfig, Trigger};
+use crate::bench::{BenchConfig, StepTrigger};
 use crate::clock;
 use crate::rt::{self, Cycle, Granted, Shutdown, Summary, Wake};
-use crate::shm::{APPLIED, Bell, Bench, Publisher, Role, SENSORS, Subscriber, Waiter};
+use crate::shm::{APPLIED, Bell, BenchMember, ProcessRole, Publisher, SENSORS, Subscriber, Waiter};
 use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
 
 /// The control process before its thread is made real-time.
 #[derive(Debug)]
 pub struct ControlLoop {
-    trigger: Trigger,
+    trigger: StepTrigger,
     cycle: Cycle,
     output: ControlOutput,
     sensors: Subscriber<Sensors>,
@@ -31,7 +31,7 @@ pub struct ControlLoop {
     /// `newest` came after the last look, and is to be looked at without waiting.
     is_news: bool,
     // Last: everything above lives on it.
-    _bench: Bench,
+    _bench: BenchMember,
 }
 
 /// What the control process ends with.
@@ -53,7 +53,7 @@ impl ControlLoop {
     /// A second controller on the same bench; a bench that cannot be joined.
     pub fn open(config: &BenchConfig, source: CommandSource) -> Result<Self, ProcessError> {
         config.check()?;
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
+        let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Control)?;
         let period_ns = clock::span_ns(config.period_s);
         let output = ControlOutput::open(&bench, source)?;
         let now_ns = clock::monotonic_ns();
@@ -66,13 +66,13 @@ impl ControlLoop {
             imu_trigger: ImuTrigger::new(period_ns),
             applied: bench.subscribe(&APPLIED)?,
             passed: Applied::default(),
-            cycles: bench.publish(&Role::Control.cycle())?,
-            heartbeats: bench.publish(&Role::Control.heartbeat())?,
+            cycles: bench.publish(&ProcessRole::Control.cycle())?,
+            heartbeats: bench.publish(&ProcessRole::Control.heartbeat())?,
             heartbeat: Heartbeat {
                 count: 0,
                 stamp_ns: now_ns,
                 born_ns: now_ns,
-                role: Role::Control as u32,
+                role: ProcessRole::Control as u32,
                 process_id: std::process::id(),
             },
             guard_bell: bench.bell(Waiter::Guard)?,
@@ -89,7 +89,7 @@ impl ControlLoop {
 
     /// Waits for the next slot and runs it. Returns whether a command went out.
     pub fn turn(&mut self) -> bool {
-        let (is_imu, due_ns) = (self.trigger == Trigger::Imu, self.cycle.due_ns());
+        let (is_imu, due_ns) = (self.trigger == StepTrigger::Imu, self.cycle.due_ns());
         let (woken, now_ns) = if is_imu && !std::mem::take(&mut self.is_news) {
             rt::wait_timed([self.bell.descriptor()], due_ns)
         } else {
@@ -114,7 +114,7 @@ impl ControlLoop {
 
     /// Runs a slot at `now_ns`, if one has begun. Returns whether a command went out.
     fn run_slot(&mut self, now_ns: u64) -> bool {
-        let is_imu = self.trigger == Trigger::Imu;
+        let is_imu = self.trigger == StepTrigger::Imu;
         let release = if is_imu && self.imu_trigger.is_due(&self.newest.body_rate) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
         } else if is_imu {
@@ -134,7 +134,7 @@ impl ControlLoop {
         }
         let finished_ns = clock::monotonic_ns();
         let sample = self.cycle.finish(release, finished_ns, self.newest.body_rate.stamp_ns);
-        self.cycles.send(&CycleSample { role: Role::Control as u32, ..sample });
+        self.cycles.send(&CycleSample { role: ProcessRole::Control as u32, ..sample });
         self.heartbeat.count += 1;
         self.heartbeat.stamp_ns = finished_ns;
         self.heartbeats.send(&self.heartbeat);

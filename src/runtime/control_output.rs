@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ProcessError;
 use super::command_source::{CommandSource, CommandSourceState};
-use crate::shm::{Bench, COMMAND, CONTROL_STEPS, Publisher};
+use crate::shm::{BenchMember, COMMAND, CONTROL_STEPS, Publisher};
 use crate::signal::{Applied, Command, ControlStep, Sensors};
 
 /// A command source at work on a bench.
@@ -22,7 +22,7 @@ impl ControlOutput {
     ///
     /// # Errors
     /// [`crate::shm::ShmError::Claimed`] when the bench has a controller.
-    pub fn open(bench: &Bench, source: CommandSource) -> Result<Self, ProcessError> {
+    pub fn open(bench: &BenchMember, source: CommandSource) -> Result<Self, ProcessError> {
         Ok(Self {
             state: source.start(),
             source,

@@ -1,14 +1,14 @@
 //! `emulate`: the emulated bench as a process, in the place of bridge and hardware or on the other side of a bus.
 
 use super::ProcessError;
-use crate::bench::{BenchConfig, Trigger};
+use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
 use crate::can::{Port, protocol};
 use crate::clock;
 use crate::emulate::{self, BodySummary, BusSummary, EmulatedBus, EmulationOptions, Emulator};
 use crate::guard::{Cause, State};
 use crate::rt::{Granted, LogWriter, Shutdown, Summary};
-use crate::shm::{Bench, Role};
+use crate::shm::{BenchMember, ProcessRole};
 
 /// Log lines of the cycle that may wait for the thread that writes them.
 const LOG_LINES: usize = 64;
@@ -35,7 +35,7 @@ pub struct GuardedSummary {
 /// [`crate::emulate::EmulateError`] naming the key that cannot be.
 pub fn emulator(config: &BenchConfig) -> Result<Emulator, ProcessError> {
     let mut settings = config.emulator.clone();
-    if config.trigger == Trigger::Imu {
+    if config.trigger == StepTrigger::Imu {
         settings.sensors.body_rate.rate_hz = 1.0 / config.period_s;
     }
     Ok(settings.build()?)
@@ -55,7 +55,7 @@ pub fn behind_guard(
     config.check()?;
     let emulator = emulator(config)?;
     let guard = super::controller_plant::guard(config)?;
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Emulate)?;
     let mut guard = BusGuard::open(&bench, guard, clock::span_ns(config.period_s))?;
     if arm {
         guard.arm_by_itself();
@@ -103,6 +103,6 @@ pub fn on_bus(
 fn options(config: &BenchConfig, seconds: Option<f64>) -> EmulationOptions {
     EmulationOptions {
         duration_s: seconds.unwrap_or(f64::INFINITY),
-        wakes_control: config.trigger == Trigger::Imu,
+        wakes_control: config.trigger == StepTrigger::Imu,
     }
 }

@@ -15,7 +15,7 @@ use crate::clock;
 use crate::experiment::{Experiment, ExperimentError};
 use crate::guard::{Cause, State};
 use crate::rt::Shutdown;
-use crate::shm::{APPLIED, Bench, Role};
+use crate::shm::{APPLIED, BenchMember, ProcessRole};
 use crate::signal::Applied;
 
 /// How an experiment ended.
@@ -129,7 +129,7 @@ pub fn on_bench(
     let (experiment, source) = prepare(config, plan)?;
     super::operator::require_guard(config)?;
     let background = Background::start(config, recording, "experiment", Some(plan))?;
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Monitor)?;
     let applied = bench.subscribe(&APPLIED)?;
     waiting();
     let ended = Shutdown::default();

@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::State;
-use crate::shm::{APPLIED, BUS, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
+use crate::shm::{
+    APPLIED, BUS, BenchMember, COMMAND, GUARD_EVENTS, ProcessRole, SENSORS, ShmError, Subscriber,
+};
 use crate::signal::{Applied, BusStatus, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
 
 /// [ms] between two looks at the bench.
@@ -14,13 +16,14 @@ pub const LOOK_PERIOD_MS: u64 = 100;
 const STRIP: usize = 300;
 /// Events that are kept.
 pub const EVENTS: usize = 8;
-const ROLES: [Role; 4] = [Role::Bridge, Role::Emulate, Role::Run, Role::Control];
+const ROLES: [ProcessRole; 4] =
+    [ProcessRole::Bridge, ProcessRole::Emulate, ProcessRole::Run, ProcessRole::Control];
 
 /// One process of the bench, as seen from outside.
 #[derive(Debug)]
 pub struct Process {
     /// What it is on the bench.
-    pub role: Role,
+    pub role: ProcessRole,
     heartbeats: Subscriber<Heartbeat>,
     cycles: Subscriber<CycleSample>,
     /// Its last sign of life.
@@ -56,7 +59,7 @@ pub struct View {
     pub said: VecDeque<GuardEvent>,
     /// Body angle [rad] and both commands that left [-], oldest first.
     pub strips: [VecDeque<f64>; 3],
-    _member: Bench,
+    _member: BenchMember,
 }
 
 impl View {
@@ -65,8 +68,8 @@ impl View {
     /// # Errors
     /// [`ShmError`] when its shared memory cannot be read.
     pub fn join(config: &BenchConfig) -> Result<Self, ShmError> {
-        let member = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
-        let process = |role: Role| {
+        let member = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Monitor)?;
+        let process = |role: ProcessRole| {
             Ok::<_, ShmError>(Process {
                 role,
                 heartbeats: member.subscribe(&role.heartbeat())?,

@@ -8,8 +8,8 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
-    APPLIED, Bench, GUARD_EVENTS, Place, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
-    guard_without_place, is_guarded, running_places,
+    APPLIED, BenchMember, BenchPlace, GUARD_EVENTS, ProcessRole, Publisher, REQUEST, STOPS, ShmError,
+    Subscriber, Waiter, guard_without_place, is_guarded, running_places,
 };
 use crate::signal::{Applied, GuardEvent, Request};
 
@@ -35,7 +35,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// [`ProcessError::NotRunning`] when nobody guards the bench, [`ProcessError::Unanswered`] when who does cannot say so.
 pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessError> {
     check_is_there(config)?;
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Operator)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Operator)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     let mut events = bench.subscribe(&GUARD_EVENTS)?;
     let bell = bench.bell(Waiter::Guard)?;
@@ -83,7 +83,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
 /// As [`act`].
 pub fn require_guard(config: &BenchConfig) -> Result<(), ProcessError> {
     check_is_there(config)?;
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Monitor)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     running(&mut applied).map(|_| ()).ok_or_else(|| silent(config, bench.place()))
 }
@@ -105,11 +105,12 @@ pub fn look() -> Vec<(String, GuardLook)> {
     running_places().into_iter().map(|place| (place.bench().to_owned(), look_at(place))).collect()
 }
 
-fn look_at(place: Place) -> GuardLook {
+fn look_at(place: BenchPlace) -> GuardLook {
     if !is_guarded(&place) {
         return GuardLook::NoGuard;
     }
-    let joined = Bench::join_at(place, Role::Monitor).and_then(|bench| bench.subscribe(&APPLIED));
+    let joined =
+        BenchMember::join_at(place, ProcessRole::Monitor).and_then(|bench| bench.subscribe(&APPLIED));
     match joined.ok().and_then(|mut applied| running(&mut applied)) {
         Some(applied) => GuardLook::State(state(&applied)),
         None => GuardLook::Silent,
@@ -119,7 +120,7 @@ fn look_at(place: Place) -> GuardLook {
 /// Refuses a bench that nobody ever made, and leaves nothing of it behind. One whose directory was removed while a process
 /// guards it is made again: that process still hears what is asked of it.
 fn check_is_there(config: &BenchConfig) -> Result<(), ProcessError> {
-    let place = Place::of(&config.name, &config.shared_memory)?;
+    let place = BenchPlace::of(&config.name, &config.shared_memory)?;
     if place.is_there() || guard_without_place(&place).is_some() {
         return Ok(());
     }
@@ -127,7 +128,7 @@ fn check_is_there(config: &BenchConfig) -> Result<(), ProcessError> {
 }
 
 /// Why no guard answers.
-fn silent(config: &BenchConfig, place: &Place) -> ProcessError {
+fn silent(config: &BenchConfig, place: &BenchPlace) -> ProcessError {
     match guard_without_place(place) {
         Some(process_id) => ProcessError::Unanswered { bench: config.name.clone(), process_id },
         None => ProcessError::not_running(&config.name),
@@ -135,7 +136,7 @@ fn silent(config: &BenchConfig, place: &Place) -> ProcessError {
 }
 
 /// The first place for a `stop` that no other process holds.
-fn stop_place(bench: &Bench) -> Result<Publisher<Request>, ShmError> {
+fn stop_place(bench: &BenchMember) -> Result<Publisher<Request>, ShmError> {
     let [first, others @ ..] = STOPS;
     let mut place = bench.publish(&first);
     for other in &others {

@@ -23,8 +23,8 @@ use crate::recording::{
 };
 use crate::rt::Shutdown;
 use crate::shm::{
-    APPLIED, Bench, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, Payload, Publisher, REQUEST, Role,
-    SENSORS, STOPS, ShmError, Subscriber, Topic,
+    APPLIED, BenchMember, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, ProcessRole, Publisher, REQUEST,
+    SENSORS, STOPS, Shareable, ShmError, Subscriber, Topic,
 };
 use crate::signal::{
     Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sensors,
@@ -35,7 +35,8 @@ const POLL: Duration = Duration::from_millis(2);
 /// Polls between two pulses.
 const POLLS_A_PULSE: u64 = 50;
 /// Processes whose pulse and cycle are recorded.
-const ROLES: [Role; 4] = [Role::Bridge, Role::Control, Role::Emulate, Role::Run];
+const ROLES: [ProcessRole; 4] =
+    [ProcessRole::Bridge, ProcessRole::Control, ProcessRole::Emulate, ProcessRole::Run];
 
 /// What a recording of this bench must hold to be run again.
 ///
@@ -64,13 +65,13 @@ pub fn metadata(
 }
 
 /// A topic being copied.
-struct Tap<T: Payload> {
+struct Tap<T: Shareable> {
     subscriber: Subscriber<T>,
     lost: u64,
 }
 
-impl<T: Payload + Into<Record>> Tap<T> {
-    fn open(bench: &Bench, topic: &Topic<T>) -> Result<Self, ShmError> {
+impl<T: Shareable + Into<Record>> Tap<T> {
+    fn open(bench: &BenchMember, topic: &Topic<T>) -> Result<Self, ShmError> {
         Ok(Self { subscriber: bench.subscribe(topic)?, lost: 0 })
     }
 
@@ -98,12 +99,12 @@ struct Listener {
     /// Frames the socket lost, as counted already.
     frames_lost: u64,
     // Last: everything above lives on it.
-    bench: Bench,
+    bench: BenchMember,
 }
 
 impl Listener {
     fn open(config: &BenchConfig) -> Result<Self, ProcessError> {
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Record)?;
+        let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Record)?;
         let port = Port::open(&config.bus.interface, config.bus.fd)
             .inspect_err(|error| tracing::info!("no raw frames in the recording: {error}"))
             .ok();
@@ -191,14 +192,14 @@ struct Pulse {
 }
 
 impl Pulse {
-    fn open(bench: &Bench) -> Result<Self, ShmError> {
+    fn open(bench: &BenchMember) -> Result<Self, ShmError> {
         let heartbeat = Heartbeat {
             born_ns: clock::monotonic_ns(),
-            role: Role::Record as u32,
+            role: ProcessRole::Record as u32,
             process_id: std::process::id(),
             ..Heartbeat::default()
         };
-        Ok(Self { publisher: bench.publish(&Role::Record.heartbeat())?, heartbeat, polls: 0 })
+        Ok(Self { publisher: bench.publish(&ProcessRole::Record.heartbeat())?, heartbeat, polls: 0 })
     }
 
     /// Counts a poll; returns whether this one was a beat.

@@ -7,12 +7,12 @@ use super::command_source::CommandSource;
 use super::control::end_after;
 use super::control_output::{AngleError, ControlOutput};
 use super::imu_trigger::ImuTrigger;
-use crate::bench::{BenchConfig, Trigger};
+use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{self, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
-use crate::shm::{Bench, GUARD_EVENTS, Role, Subscriber};
+use crate::shm::{BenchMember, GUARD_EVENTS, ProcessRole, Subscriber};
 use crate::signal::GuardEvent;
 
 const LOG_LINES: usize = 256;
@@ -20,7 +20,7 @@ const LOG_LINES: usize = 256;
 /// The run process before its thread is made real-time.
 #[derive(Debug)]
 pub struct RunLoop {
-    trigger: Trigger,
+    trigger: StepTrigger,
     guard: BusGuard,
     output: ControlOutput,
     imu_trigger: ImuTrigger,
@@ -30,7 +30,7 @@ pub struct RunLoop {
     out_ns: Option<u64>,
     events: Subscriber<GuardEvent>,
     // Last: everything above lives on it.
-    _bench: Bench,
+    _bench: BenchMember,
 }
 
 /// One line of the summary: what the guard decided.
@@ -95,7 +95,7 @@ impl RunLoop {
         let guard = super::controller_plant::guard(config)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;
+        let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Run)?;
         let output = ControlOutput::open(&bench, source)?;
         let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After guard and controls: who is refused them must not say a word on the bus, not even a safe one.
@@ -145,7 +145,7 @@ impl RunLoop {
     }
 
     fn answer(&mut self, look: &Look, has_rung: bool) {
-        let is_imu = self.trigger == Trigger::Imu;
+        let is_imu = self.trigger == StepTrigger::Imu;
         let now_ns = look.at_ns;
         let period_ns = self.guard.cycle().period_ns();
         if let Some(cause) = self.bus_io.trouble(look, now_ns, self.hold_periods, period_ns) {

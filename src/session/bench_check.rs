@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::bench::{BenchConfig, Trigger};
+use crate::bench::{BenchConfig, StepTrigger};
 use crate::can::thresholds::THRESHOLDS;
 use crate::can::{
     BusConfig, CanError, InterfaceStatus, MessageDescription, MessageLoad, Protocol, SignalDescription,
@@ -263,7 +263,7 @@ fn obstacles(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard)
             }
             Some(route)
                 if channel == Channel::BodyRate
-                    && config.trigger == Trigger::Imu
+                    && config.trigger == StepTrigger::Imu
                     && !is_whole(config.period_s / route.period_s) =>
             {
                 obstacles.push(about("trigger_off_rate", route).with("period_s", config.period_s));

@@ -11,7 +11,7 @@ use std::os::fd::{AsRawFd, RawFd};
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::OpenOptionsExt;
 
-use super::{Place, ShmError};
+use super::{BenchPlace, ShmError};
 
 /// Whose bell it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub struct Bell {
 impl Bell {
     /// Opens the bell of `waiter`, to ring it or to wait for it.
     #[allow(unsafe_code, reason = "std makes no FIFO")]
-    pub(super) fn open(place: &Place, waiter: Waiter) -> Result<Self, ShmError> {
+    pub(super) fn open(place: &BenchPlace, waiter: Waiter) -> Result<Self, ShmError> {
         let path = place.directory().join(match waiter {
             Waiter::Control => "wake-control",
             Waiter::Guard => "wake-guard",

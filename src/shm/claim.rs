@@ -9,8 +9,8 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::PathBuf;
 
-use super::place::Place;
-use super::{Role, ShmError};
+use super::place::BenchPlace;
+use super::{ProcessRole, ShmError};
 use crate::clock;
 
 /// What a claim says: which role publishes, in which process, and the name of this incarnation.
@@ -29,12 +29,12 @@ pub(super) struct Claim {
     claimant: Claimant,
 }
 
-pub(super) fn claims_directory(place: &Place) -> PathBuf {
+pub(super) fn claims_directory(place: &BenchPlace) -> PathBuf {
     place.directory().join("claims")
 }
 
 /// Whether somebody publishes something there, or whether that cannot be found out.
-pub(super) fn any_is_held(place: &Place) -> bool {
+pub(super) fn any_is_held(place: &BenchPlace) -> bool {
     let Ok(claims) = std::fs::read_dir(claims_directory(place)) else { return true };
     claims.flatten().any(|claim| is_held(claim.path()))
 }
@@ -49,7 +49,7 @@ pub(super) fn is_held(path: PathBuf) -> bool {
 
 impl Claim {
     /// Claims `topic`; nobody knows of it before [`Claim::announce`].
-    pub fn take(place: &Place, topic: &str, role: Role) -> Result<Self, ShmError> {
+    pub fn take(place: &BenchPlace, topic: &str, role: ProcessRole) -> Result<Self, ShmError> {
         let path = claims_directory(place).join(topic);
         let at = |error| ShmError::Place { path: path.clone(), error };
         let file = OpenOptions::new()
@@ -110,7 +110,7 @@ impl Drop for Claim {
 }
 
 /// The current claimant of `topic`, if there is one to be read.
-pub(super) fn read(place: &Place, topic: &str) -> Option<Claimant> {
+pub(super) fn read(place: &BenchPlace, topic: &str) -> Option<Claimant> {
     let mut text = String::new();
     File::open(claims_directory(place).join(topic)).ok()?.read_to_string(&mut text).ok()?;
     let (line, _) = text.split_once('\n')?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::claim;
-use super::place::{Place, SHARED_MEMORY, STEM, SharedMemoryConfig};
+use super::place::{BenchPlace, SHARED_MEMORY, STEM, SharedMemoryConfig};
 use super::thresholds::THRESHOLDS;
 use super::{APPLIED, ShmError};
 
@@ -16,7 +16,7 @@ use super::{APPLIED, ShmError};
 pub struct Leftover {
     /// Name of the bench.
     pub bench: String,
-    place: Place,
+    place: BenchPlace,
     /// Its files in `/dev/shm`, its directory among them.
     pub files: usize,
     /// [byte] they occupy.
@@ -35,15 +35,15 @@ impl Leftover {
 
 /// A bench that is there for one command only: what it and its processes leave in shared memory goes with this.
 #[derive(Debug)]
-pub struct PassingBench(Place);
+pub struct PassingBench(BenchPlace);
 
 impl PassingBench {
     /// Makes the place of the bench called `bench`.
     ///
     /// # Errors
-    /// As [`Place::open`].
+    /// As [`BenchPlace::open`].
     pub fn open(bench: &str, config: &SharedMemoryConfig) -> Result<Self, ShmError> {
-        Place::open(bench, config).map(Self)
+        BenchPlace::open(bench, config).map(Self)
     }
 }
 
@@ -63,7 +63,7 @@ pub fn leftovers() -> Vec<Leftover> {
     let mut found = Vec::new();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let Some(place) = Place::found(&name) else { continue };
+        let Some(place) = BenchPlace::found(&name) else { continue };
         let Ok(metadata) = entry.metadata() else { continue };
         let age = metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
         let is_left =
@@ -87,10 +87,10 @@ pub fn running() -> Vec<String> {
 
 /// Where these benches are, by their names.
 #[must_use]
-pub fn running_places() -> Vec<Place> {
+pub fn running_places() -> Vec<BenchPlace> {
     let mut found = Vec::new();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        let place = Place::found(&entry.file_name().to_string_lossy());
+        let place = BenchPlace::found(&entry.file_name().to_string_lossy());
         let Some((place, metadata)) = place.zip(entry.metadata().ok()) else { continue };
         if metadata.is_dir() && place.is_ours(&metadata) && claim::any_is_held(&place) {
             found.push(place);
@@ -102,14 +102,14 @@ pub fn running_places() -> Vec<Place> {
 
 /// Whether a process has the guard of the bench at `place`.
 #[must_use]
-pub fn is_guarded(place: &Place) -> bool {
+pub fn is_guarded(place: &BenchPlace) -> bool {
     claim::is_held(claim::claims_directory(place).join(APPLIED.name()))
 }
 
 /// The process that guards the bench of `place` though its directory was removed: it hears what is asked of it, and its answers
 /// lead nowhere. Processes of other users cannot be looked into.
 #[must_use]
-pub fn guard_without_place(place: &Place) -> Option<u32> {
+pub fn guard_without_place(place: &BenchPlace) -> Option<u32> {
     // What the kernel says of an open file that was removed.
     let claim = claim::claims_directory(place).join(APPLIED.name());
     let removed = format!("{} (deleted)", claim.display());

@@ -1,6 +1,6 @@
 //! The iceoryx2 services of a bench, their names, heartbeats.
 //!
-//! A process [`joins`](Bench::join) a bench in a [`Role`], publishes topics and subscribes to topics:
+//! A process [`joins`](BenchMember::join) a bench in a [`ProcessRole`], publishes topics and subscribes to topics:
 //!
 //! ```no_run
 //! use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
@@ -38,23 +38,23 @@ pub use error::ShmError;
 pub use leftover::{
     Leftover, PassingBench, guard_without_place, is_guarded, leftovers, running, running_places,
 };
-pub use place::{Place, SharedMemoryConfig, effective_user};
+pub use place::{BenchPlace, SharedMemoryConfig, effective_user};
 pub use ring::{Publisher, Subscriber};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
-    Payload, REQUEST, Role, SENSORS, STOPS, Topic,
+    ProcessRole, REQUEST, SENSORS, STOPS, Shareable, Topic,
 };
 
 /// This process's membership of a bench.
-pub struct Bench {
-    place: Place,
-    role: Role,
+pub struct BenchMember {
+    place: BenchPlace,
+    role: ProcessRole,
     // Before the node, so that its thread has ended when the node goes.
     watch_thread: watch_thread::WatchThread,
     node: kept::Kept<Arc<Node<ipc_threadsafe::Service>>>,
 }
 
-impl std::fmt::Debug for Bench {
+impl std::fmt::Debug for BenchMember {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("Bench")
@@ -64,20 +64,20 @@ impl std::fmt::Debug for Bench {
     }
 }
 
-impl Bench {
+impl BenchMember {
     /// Joins the bench called `bench`. Removes what killed processes left behind.
     ///
     /// # Errors
     /// A place that is not ours; iceoryx2's refusals.
-    pub fn join(bench: &str, config: &SharedMemoryConfig, role: Role) -> Result<Self, ShmError> {
-        Self::join_at(Place::open(bench, config)?, role)
+    pub fn join(bench: &str, config: &SharedMemoryConfig, role: ProcessRole) -> Result<Self, ShmError> {
+        Self::join_at(BenchPlace::open(bench, config)?, role)
     }
 
     /// The same of a bench that is there, one of [`running_places`].
     ///
     /// # Errors
-    /// As [`Bench::join`].
-    pub fn join_at(place: Place, role: Role) -> Result<Self, ShmError> {
+    /// As [`BenchMember::join`].
+    pub fn join_at(place: BenchPlace, role: ProcessRole) -> Result<Self, ShmError> {
         // Its messages are formatted where they happen; in a cycle that would allocate. Errors come back as values.
         set_log_level(LogLevel::Fatal);
         crate::rt::survive_lost_memory()
@@ -95,13 +95,13 @@ impl Bench {
 
     /// Where the bench lives.
     #[must_use]
-    pub fn place(&self) -> &Place {
+    pub fn place(&self) -> &BenchPlace {
         &self.place
     }
 
     /// In which role this process joined.
     #[must_use]
-    pub fn role(&self) -> Role {
+    pub fn role(&self) -> ProcessRole {
         self.role
     }
 
@@ -109,7 +109,7 @@ impl Bench {
     ///
     /// # Errors
     /// [`ShmError::Claimed`] when the topic has one; iceoryx2's refusals.
-    pub fn publish<T: Payload>(&self, topic: &Topic<T>) -> Result<Publisher<T>, ShmError> {
+    pub fn publish<T: Shareable>(&self, topic: &Topic<T>) -> Result<Publisher<T>, ShmError> {
         Publisher::create(&self.node, &self.place, topic, self.role)
     }
 
@@ -117,7 +117,7 @@ impl Bench {
     ///
     /// # Errors
     /// None today; a topic without a publisher is not an error.
-    pub fn subscribe<T: Payload>(&self, topic: &Topic<T>) -> Result<Subscriber<T>, ShmError> {
+    pub fn subscribe<T: Shareable>(&self, topic: &Topic<T>) -> Result<Subscriber<T>, ShmError> {
         let claimant = claim::read(&self.place, topic.name());
         let opened = claimant.and_then(|it| {
             ring::Incarnation::open(&self.node, topic, &it.incarnation)

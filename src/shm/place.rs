@@ -2,7 +2,7 @@
 //!
 //! A bench has one directory in `/dev/shm` and a prefix for its shared-memory segments. The directory is closed
 //! to everyone but the owner (mode 0700), or by a setting the group (2770); iceoryx2 makes its segments 0600, and
-//! [`Place::set_access`] closes what it leaves open (its node counter is 0666) and, for a group, opens the rest to it.
+//! [`BenchPlace::set_access`] closes what it leaves open (its node counter is 0666) and, for a group, opens the rest to it.
 //! A directory or segment that somebody else put in our way is refused, not used.
 
 use std::fs;
@@ -33,7 +33,7 @@ pub struct SharedMemoryConfig {
 
 /// The directory, the prefix and the access of one bench.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct BenchPlace {
     bench: String,
     directory: PathBuf,
     prefix: String,
@@ -43,7 +43,7 @@ pub struct Place {
 /// Owner's permissions of a segment that iceoryx2 has not finished.
 const BEING_MADE: u32 = 0o200;
 
-impl Place {
+impl BenchPlace {
     /// The place of the bench called `bench`, made if it is not there.
     ///
     /// # Errors

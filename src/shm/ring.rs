@@ -14,8 +14,8 @@ use iceoryx2::prelude::{ServiceName, ZeroCopySend, ipc_threadsafe};
 
 use super::claim::Claim;
 use super::kept::Kept;
-use super::topic::{Payload, Role, Topic};
-use super::{Place, ShmError};
+use super::topic::{ProcessRole, Shareable, Topic};
+use super::{BenchPlace, ShmError};
 use crate::rt;
 
 type Service = ipc_threadsafe::Service;
@@ -43,7 +43,7 @@ unsafe impl<T: ZeroCopySend> ZeroCopySend for Slot<T> {
 }
 
 /// The one writer of a topic. [`Publisher::send`] neither allocates nor waits.
-pub struct Publisher<T: Payload> {
+pub struct Publisher<T: Shareable> {
     newest: u64,
     head: Kept<EntryHandleMut<Service, u32, u64>>,
     slots: Kept<Vec<EntryHandleMut<Service, u32, Slot<T>>>>,
@@ -51,18 +51,18 @@ pub struct Publisher<T: Payload> {
     _claim: Claim,
 }
 
-impl<T: Payload> std::fmt::Debug for Publisher<T> {
+impl<T: Shareable> std::fmt::Debug for Publisher<T> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.debug_struct("Publisher").field("newest", &self.newest).finish_non_exhaustive()
     }
 }
 
-impl<T: Payload> Publisher<T> {
+impl<T: Shareable> Publisher<T> {
     pub(super) fn create(
         node: &Node<Service>,
-        place: &Place,
+        place: &BenchPlace,
         topic: &Topic<T>,
-        role: Role,
+        role: ProcessRole,
     ) -> Result<Self, ShmError> {
         let mut claim = Claim::take(place, topic.name(), role)?;
         let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
@@ -110,13 +110,13 @@ impl<T: Payload> Publisher<T> {
 }
 
 /// One incarnation of a topic, as a reader holds it.
-pub(super) struct Incarnation<T: Payload> {
+pub(super) struct Incarnation<T: Shareable> {
     head: Kept<EntryHandle<Service, u32, u64>>,
     slots: Kept<Vec<EntryHandle<Service, u32, Slot<T>>>>,
     _reader: Kept<Reader<Service, u32>>,
 }
 
-impl<T: Payload> Incarnation<T> {
+impl<T: Shareable> Incarnation<T> {
     pub(super) fn open(node: &Node<Service>, topic: &Topic<T>, incarnation: &str) -> Result<Self, ShmError> {
         let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
         let name = service_name(topic.name(), incarnation)?;
@@ -160,7 +160,7 @@ fn service_name(topic: &str, incarnation: &str) -> Result<ServiceName, ShmError>
 }
 
 /// A reader of a topic, through all incarnations of its publisher. Neither of its two reads allocates, waits or locks.
-pub struct Subscriber<T: Payload> {
+pub struct Subscriber<T: Shareable> {
     incarnation: Option<Incarnation<T>>,
     /// Number of the value to be read next.
     next: u64,
@@ -170,7 +170,7 @@ pub struct Subscriber<T: Payload> {
     leaving: Arc<ArrayQueue<Incarnation<T>>>,
 }
 
-impl<T: Payload> std::fmt::Debug for Subscriber<T> {
+impl<T: Shareable> std::fmt::Debug for Subscriber<T> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { next, lost, incarnations, .. } = self;
         formatter
@@ -182,7 +182,7 @@ impl<T: Payload> std::fmt::Debug for Subscriber<T> {
     }
 }
 
-impl<T: Payload> Subscriber<T> {
+impl<T: Shareable> Subscriber<T> {
     pub(super) fn new(
         incarnation: Option<Incarnation<T>>,
         arriving: Arc<ArrayQueue<Incarnation<T>>>,

@@ -11,13 +11,13 @@ use crate::signal::{
 };
 
 /// A value that may cross shared memory.
-pub trait Payload: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static {}
-impl<T: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static> Payload for T {}
+pub trait Shareable: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static {}
+impl<T: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static> Shareable for T {}
 
 /// A process's part on the bench. The numbers are those of [`Heartbeat::role`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
-pub enum Role {
+pub enum ProcessRole {
     /// Owns the CAN bus and the guard.
     Bridge = 1,
     /// Runs the controller.
@@ -34,7 +34,7 @@ pub enum Role {
     Operator = 7,
 }
 
-impl Role {
+impl ProcessRole {
     /// All roles.
     pub const ALL: [Self; 7] =
         [Self::Bridge, Self::Control, Self::Emulate, Self::Run, Self::Record, Self::Monitor, Self::Operator];
@@ -99,7 +99,7 @@ pub const LOCKSTEP_STEPS: Topic<LockstepStep> = Topic::fixed("lockstep-steps", 8
 /// Their answers; by control in lockstep.
 pub const LOCKSTEP_ANSWERS: Topic<LockstepAnswer> = Topic::fixed("lockstep-answers", 8);
 
-impl<T: Payload> Topic<T> {
+impl<T: Shareable> Topic<T> {
     const fn fixed(name: &'static str, depth: u32) -> Self {
         Self { name: Cow::Borrowed(name), depth, payload: PhantomData }
     }

@@ -14,17 +14,17 @@ use iceoryx2::prelude::ipc_threadsafe;
 
 use super::claim;
 use super::ring::Incarnation;
-use super::{Payload, Place, ShmError, Topic};
+use super::{BenchPlace, Shareable, ShmError, Topic};
 
 /// [ms] how often to look when nothing is announced: bounds what a missed change can cost.
 const LOOK_PERIOD_MS: i32 = 250;
 
 /// One subscription, seen from the watch thread.
 pub(super) trait Watch: Send {
-    fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &Place);
+    fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &BenchPlace);
 }
 
-pub(super) struct TopicWatch<T: Payload> {
+pub(super) struct TopicWatch<T: Shareable> {
     pub topic: Topic<T>,
     /// Incarnation the subscriber has, or the last one that could not be opened for good.
     pub incarnation: Option<String>,
@@ -32,8 +32,8 @@ pub(super) struct TopicWatch<T: Payload> {
     pub leaving: Arc<ArrayQueue<Incarnation<T>>>,
 }
 
-impl<T: Payload> Watch for TopicWatch<T> {
-    fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &Place) {
+impl<T: Shareable> Watch for TopicWatch<T> {
+    fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &BenchPlace) {
         while self.leaving.pop().is_some() {}
         let Some(claimant) = claim::read(place, self.topic.name()) else { return };
         if self.incarnation.as_ref() == Some(&claimant.incarnation) {
@@ -57,7 +57,7 @@ pub(super) struct WatchThread {
 
 impl WatchThread {
     #[allow(unsafe_code, reason = "std has no eventfd")]
-    pub fn start(node: Arc<Node<ipc_threadsafe::Service>>, place: Place) -> Result<Self, ShmError> {
+    pub fn start(node: Arc<Node<ipc_threadsafe::Service>>, place: BenchPlace) -> Result<Self, ShmError> {
         let directory = claim::claims_directory(&place);
         let at = |error| ShmError::Place { path: directory.clone(), error };
         let changes = watch_directory(&directory).map_err(at)?;

@@ -10,13 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::can::{Roles, kernel_has_can};
 use rotorbench::clock;
 use rotorbench::rt::{self, LogQueue};
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
-use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig, Waiter};
+use rotorbench::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS, SharedMemoryConfig, Waiter};
 use rotorbench::signal::{Sample, Sensors};
 use socketcan::{CanSocket, Socket};
 
@@ -25,14 +25,14 @@ fn config(test: &str) -> BenchConfig {
 }
 
 fn remove(config: &BenchConfig) {
-    if let Ok(place) = Place::open(&config.name, &SharedMemoryConfig::default()) {
+    if let Ok(place) = BenchPlace::open(&config.name, &SharedMemoryConfig::default()) {
         let _ = place.remove();
     }
 }
 
 fn shared_memory(criterion: &mut Criterion) {
     let config = config("shm");
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate).expect("joined");
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Emulate).expect("joined");
     let mut publisher = bench.publish(&SENSORS).expect("the only publisher");
     let mut subscriber = bench.subscribe(&SENSORS).expect("subscribed");
     let sensors = Sensors { body_rate: Sample::good(0.1, 1, 1), ..Sensors::default() };
@@ -209,7 +209,7 @@ fn frame_to_frame(_: &mut Criterion) {
     }
     let (bare_bus, our_bus) = (OwnBus::new("bare"), OwnBus::new("ours"));
     let mut config = config("bus");
-    config.trigger = Trigger::Imu;
+    config.trigger = StepTrigger::Imu;
     config.bus.interface.clone_from(&our_bus.0);
     let [bare, echo] = [&bare_bus; 2].map(BusIo::open);
     let ours = BusIo::open(&our_bus);

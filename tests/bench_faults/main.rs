@@ -14,7 +14,7 @@ use std::time::Duration;
 use processes::{TestBench, Watcher, late, say, up_to_six_times};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
-use rotorbench::shm::{Bench, Place, REQUEST, Role, STOPS, SharedMemoryConfig};
+use rotorbench::shm::{BenchMember, BenchPlace, ProcessRole, REQUEST, STOPS, SharedMemoryConfig};
 
 fn armed_bench(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
     let bench = TestBench::new(test, |_| {});
@@ -185,7 +185,8 @@ fn a_stop_gets_past_operators_who_hang() {
     up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = armed_bench("hang");
         let member =
-            Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Operator).expect("there");
+            BenchMember::join(&bench.config.name, &SharedMemoryConfig::default(), ProcessRole::Operator)
+                .expect("there");
         let _arm = member.publish(&REQUEST).expect("free");
         let _stop = member.publish(&STOPS[0]).expect("free");
         let at_ns = clock::monotonic_ns();
@@ -200,7 +201,7 @@ fn a_stop_gets_past_operators_who_hang() {
 #[test]
 fn a_stop_on_no_bench_leaves_nothing_behind() {
     let bench = TestBench::new("none", |_| {});
-    let place = Place::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
+    let place = BenchPlace::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
     for act in ["stop", "arm", "disarm"] {
         let refused = bench.run(&[act]);
         let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -227,7 +228,7 @@ fn a_stop_whose_answer_cannot_be_seen_says_so() {
     let bench = TestBench::new("removed", |_| {});
     let mut emulator = bench.start(&["emulate", "--shm", "--json"]);
     bench.watch().until("a guard", |it| it.sequence > 10);
-    let place = Place::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
+    let place = BenchPlace::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
     std::fs::remove_dir_all(place.directory()).expect("removed");
     let stop = bench.run(&["stop"]);
     let sentence = String::from_utf8_lossy(&stop.stderr).into_owned();

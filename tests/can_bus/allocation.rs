@@ -5,14 +5,14 @@ use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rotorbench::bench::Trigger;
+use rotorbench::bench::StepTrigger;
 use rotorbench::can::{Frame, Id};
 use rotorbench::guard::OperatorAct;
 use rotorbench::rt::LogQueue;
 use rotorbench::runtime::bridge::BridgeLoop;
 use rotorbench::runtime::run::RunLoop;
 use rotorbench::runtime::{controller_plant, operator};
-use rotorbench::shm::{APPLIED, Bench, Role};
+use rotorbench::shm::{APPLIED, BenchMember, ProcessRole};
 use socketcan::{CanErrorFrame, CanSocket, Socket};
 
 use crate::bus::{Bus, ip};
@@ -64,7 +64,8 @@ fn cycle_does_not_allocate(
 
 /// The bits of the guard's states that were visited.
 fn everything_happens(bench: &TestBench, bus: &Bus) -> u32 {
-    let member = Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined");
+    let member = BenchMember::join(&bench.config.name, &bench.config.shared_memory, ProcessRole::Monitor)
+        .expect("joined");
     let mut applied = member.subscribe(&APPLIED).expect("subscribed");
     let mut states = 0;
     let mut patience = Patience::seconds(30);
@@ -123,7 +124,7 @@ fn the_bridges_cycle_on_a_socket_does_not_allocate() {
 
 #[test]
 fn the_cycle_of_run_on_a_socket_does_not_allocate() {
-    for trigger in [Trigger::Timer, Trigger::Imu] {
+    for trigger in [StepTrigger::Timer, StepTrigger::Imu] {
         let bus = Bus::new();
         let mut bench = bench("allocrun", &bus);
         bench.config.trigger = trigger;

@@ -6,7 +6,7 @@ use rotorbench::guard::{Cause, State};
 use rotorbench::rt::{LogQueue, Shutdown};
 use rotorbench::runtime::bridge;
 use rotorbench::runtime::bus_io::BusIo;
-use rotorbench::shm::{Bench, Role};
+use rotorbench::shm::{BenchMember, ProcessRole};
 use rotorbench::signal::Applied;
 
 use crate::bus::{Bus, ip, receive};
@@ -34,7 +34,8 @@ fn a_panic_in_the_cycle_leaves_zeros_on_the_bus() {
     let mut port: Port = bus.port();
     let ended = std::thread::scope(|scope| {
         let cycle = scope.spawn(|| {
-            let member = Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Bridge);
+            let member =
+                BenchMember::join(&bench.config.name, &bench.config.shared_memory, ProcessRole::Bridge);
             let mut bus_io = BusIo::open(&bench.config, &member.expect("joined"), LogQueue::new(16))
                 .expect("the bus is up");
             bus_io.send(&Applied { rotor: [0.5, 0.6], ..Applied::default() });

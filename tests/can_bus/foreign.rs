@@ -5,7 +5,7 @@ use std::time::Duration;
 use rotorbench::can::{Arrival, Frame, Id};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
-use rotorbench::shm::{BUS, Bench, Role, SENSORS};
+use rotorbench::shm::{BUS, BenchMember, ProcessRole, SENSORS};
 
 use crate::bus::{Bus, run};
 use crate::faults::{Hardware, Lie, armed_bench, bench, safe_on_the_bus};
@@ -19,8 +19,8 @@ fn bus_of(mut bridge: Process) -> serde_json::Value {
     json_schema::answer("bridge", bridge.output())["bus"].clone()
 }
 
-fn member(bench: &TestBench) -> Bench {
-    Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined")
+fn member(bench: &TestBench) -> BenchMember {
+    BenchMember::join(&bench.config.name, &bench.config.shared_memory, ProcessRole::Monitor).expect("joined")
 }
 
 /// Starting `cansend` may stop the emulated processor for longer than an echo may take.

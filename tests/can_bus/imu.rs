@@ -4,14 +4,14 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::can::Roles;
 use rotorbench::clock;
 use rotorbench::guard::{OperatorAct, State};
 use rotorbench::rt::LogQueue;
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
-use rotorbench::shm::{Bench, COMMAND, Role, STOPS, Waiter};
+use rotorbench::shm::{BenchMember, COMMAND, ProcessRole, STOPS, Waiter};
 use rotorbench::signal::{Request, Sample, Sensors};
 
 use crate::bus::Bus;
@@ -20,7 +20,7 @@ use crate::processes::{TestBench, late, say, up_to_six_times};
 
 fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
     let mut bench = bench(test, bus);
-    bench.config.trigger = Trigger::Imu;
+    bench.config.trigger = StepTrigger::Imu;
     bench.config.period_s = period_s;
     bench
 }
@@ -52,8 +52,8 @@ fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
             }
         });
         is_open.recv().expect("it opens");
-        let member =
-            Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined");
+        let member = BenchMember::join(&bench.config.name, &bench.config.shared_memory, ProcessRole::Monitor)
+            .expect("joined");
         let mut commands = member.subscribe(&COMMAND).expect("subscribed");
         let mut port = bus.port();
         let (mut sender, mut sensors, mut count) = (roles.sensor_sender(), Sensors::default(), 0_usize);
@@ -89,7 +89,8 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
     while run.guard().cycle().slots() == 0 {
         run.turn();
     }
-    let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
+    let operator =
+        BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Operator).expect("joined");
     let (mut port, mut sender, mut sensors) = (bus.port(), roles.sensor_sender(), Sensors::default());
     // Not too old by the time that `run` has opened the place of the request.
     let mut stops = operator.publish(&STOPS[0]).expect("free");
@@ -122,7 +123,8 @@ fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
         let config = &bench.config;
         let mut run = run_of(config);
         run.start();
-        let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
+        let operator =
+            BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Operator).expect("joined");
         let mut stops = operator.publish(&STOPS[0]).expect("free");
         let bell = operator.bell(Waiter::Guard).expect("a bell");
         // More than once: the first may be too early for `run` to have opened the place of the request.

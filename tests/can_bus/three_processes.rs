@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use rotorbench::emulate::Impulse;
 use rotorbench::guard::{Cause, State};
-use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
+use rotorbench::shm::{BenchMember, ProcessRole, SENSORS, SharedMemoryConfig};
 
 use crate::bus::{Bus, run};
 use crate::json_schema;
@@ -84,8 +84,8 @@ fn hold(rate_hz: f64, seconds: f64) {
     let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
     let mut watcher = bench.watch();
     bench.arm_and_wait(&mut watcher);
-    let member =
-        Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+    let member = BenchMember::join(&bench.config.name, &SharedMemoryConfig::default(), ProcessRole::Monitor)
+        .expect("joined");
     let mut sensors = member.subscribe(&SENSORS).expect("subscribed");
     // Garbage from a third program, with and without the sensors' ids, while it runs: not a number, and a million rad/s.
     for frame in [

@@ -1,6 +1,6 @@
 //! What is measured: each fault of a signal, and what is no fault.
 
-use rotorbench::guard::{Cause, GuardConfig, OperatorAct, SignalConfig, State};
+use rotorbench::guard::{Cause, GuardConfig, OperatorAct, SignalLimitsConfig, State};
 use rotorbench::signal::{Channel, Health, Sample, Sensor, Sensors};
 
 use crate::rig::{N, Rig, T, defaults};
@@ -109,7 +109,7 @@ fn stale_and_frozen_signals_are_marked_for_their_readers() {
 
 #[test]
 fn every_required_signal_is_watched_and_no_other() {
-    let all = SignalConfig { required: Some(true), ..SignalConfig::default() };
+    let all = SignalLimitsConfig { required: Some(true), ..SignalLimitsConfig::default() };
     let mut everything = defaults();
     for sensor in Sensor::ALL {
         if let Some(settings) = everything.of_mut(sensor) {
@@ -185,7 +185,7 @@ fn the_required_signals_are_told_with_their_times() {
 
 #[test]
 fn limits_of_a_signal_are_inclusive_and_its_times_its_own() {
-    let body_rate = SignalConfig {
+    let body_rate = SignalLimitsConfig {
         minimum: Some(-1.0),
         maximum: Some(1.0),
         stale_after_s: Some(0.3),

@@ -10,7 +10,9 @@ use rotorbench::bench::BenchConfig;
 use rotorbench::clock::{self, NANOSECONDS_PER_SECOND};
 use rotorbench::guard::{Cause, OperatorAct, State};
 use rotorbench::runtime::operator;
-use rotorbench::shm::{APPLIED, Bench, GUARD_EVENTS, Place, Role, SharedMemoryConfig, Subscriber};
+use rotorbench::shm::{
+    APPLIED, BenchMember, BenchPlace, GUARD_EVENTS, ProcessRole, SharedMemoryConfig, Subscriber,
+};
 use rotorbench::signal::{Applied, GuardEvent};
 
 static MADE: AtomicU32 = AtomicU32::new(0);
@@ -74,7 +76,7 @@ impl TestBench {
     /// Makes every file of the bench's shared memory that is mapped into processes shorter, as somebody of the bench's group
     /// could: to nothing. Whoever looks at it from then on gets a SIGBUS.
     pub fn truncate_memory(&self) {
-        let place = Place::open(&self.config.name, &SharedMemoryConfig::default()).expect("a place");
+        let place = BenchPlace::open(&self.config.name, &SharedMemoryConfig::default()).expect("a place");
         let mut count = 0;
         for entry in std::fs::read_dir("/dev/shm").expect("there").flatten() {
             if entry.file_name().to_string_lossy().starts_with(place.prefix()) {
@@ -98,7 +100,8 @@ impl TestBench {
     /// Listens.
     pub fn watch(&self) -> Watcher {
         let bench =
-            Bench::join(&self.config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+            BenchMember::join(&self.config.name, &SharedMemoryConfig::default(), ProcessRole::Monitor)
+                .expect("joined");
         Watcher {
             applied: bench.subscribe(&APPLIED).expect("subscribed"),
             events: bench.subscribe(&GUARD_EVENTS).expect("subscribed"),
@@ -157,7 +160,7 @@ impl TestBench {
 
 impl Drop for TestBench {
     fn drop(&mut self) {
-        if let Ok(place) = Place::open(&self.config.name, &SharedMemoryConfig::default()) {
+        if let Ok(place) = BenchPlace::open(&self.config.name, &SharedMemoryConfig::default()) {
             let _ = place.remove();
         }
     }
@@ -300,7 +303,7 @@ pub struct Watcher {
     events: Subscriber<GuardEvent>,
     pub newest: Applied,
     pub said: Vec<GuardEvent>,
-    _bench: Bench,
+    _bench: BenchMember,
 }
 
 impl Watcher {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::can::{BusConfig, DatabaseConfig, Roles, SignalConfig};
-use rotorbench::guard::{GuardConfig, SignalConfig as GuardSignal};
+use rotorbench::guard::{GuardConfig, SignalLimitsConfig as GuardSignal};
 use rotorbench::log::{LOG_SIGNALS, csv, export};
 use rotorbench::recording::{End, Record, Recorder, RecorderOptions, Recording};
 use rotorbench::runtime::lockstep::{Lockstep, Slot};

@@ -22,7 +22,7 @@ use crate::runtime::control::{self, ControlSummary};
 use crate::runtime::controller_plant;
 use crate::runtime::record::Background;
 use crate::session::{self, Job, OpenConfig};
-use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
+use crate::shm::{APPLIED, BenchMember, CONTROL_STEPS, ProcessRole};
 use crate::signal::{ControlStep, GuardEvent};
 
 /// [s] that the guard holds a command in the runs that are tried until one comes to its end: as everywhere in the
@@ -114,7 +114,9 @@ fn run_once(
 
 /// The live line.
 fn watch(bench: &BenchConfig, ended: &Shutdown) {
-    let Ok(bench) = Bench::join(&bench.name, &bench.shared_memory, Role::Monitor) else { return };
+    let Ok(bench) = BenchMember::join(&bench.name, &bench.shared_memory, ProcessRole::Monitor) else {
+        return;
+    };
     let (Ok(mut steps), Ok(mut applied)) = (bench.subscribe(&CONTROL_STEPS), bench.subscribe(&APPLIED))
     else {
         return;

@@ -3,7 +3,7 @@
 use crate::can::{Arrival, BusFault, Frame, PortCounts, Roles};
 use crate::guard::OperatorAct;
 use crate::runtime::bridge::*;
-use crate::shm::{COMMAND, Place, Publisher, REQUEST, SENSORS};
+use crate::shm::{BenchPlace, COMMAND, Publisher, REQUEST, SENSORS};
 use crate::signal::{Command, Health, Request, Sample, Sensors};
 
 /// [ns] of the built-in bench.
@@ -79,7 +79,8 @@ impl Rig {
     fn new(test: &str) -> Self {
         let name = format!("t{}-{test}", std::process::id());
         let config = BenchConfig { name, ..BenchConfig::default() };
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge).expect("joined");
+        let bench =
+            BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Bridge).expect("joined");
         let guard = config.guard.build(config.period_s).expect("valid");
         let guard = BusGuard::open(&bench, guard, PERIOD_NS).expect("the only guard");
         let roles = Roles::build(&config.bus, config.period_s).expect("valid");
@@ -95,7 +96,7 @@ impl Rig {
 
     /// The commands of a controller that the bridge has met: the first of them is examined.
     fn controller(&mut self) -> Publisher<Command> {
-        let mut commands = self.member(Role::Control).publish(&COMMAND).expect("the only controller");
+        let mut commands = self.member(ProcessRole::Control).publish(&COMMAND).expect("the only controller");
         let stamp_ns = self.bridge().bus_io.now_ns();
         // Another thread of the bridge has to meet it.
         while self.bridge().guard.examined().0 != stamp_ns {
@@ -107,15 +108,15 @@ impl Rig {
         commands
     }
 
-    fn member(&self, role: Role) -> Bench {
-        Bench::join(&self.config.name, &self.config.shared_memory, role).expect("joined")
+    fn member(&self, role: ProcessRole) -> BenchMember {
+        BenchMember::join(&self.config.name, &self.config.shared_memory, role).expect("joined")
     }
 }
 
 impl Drop for Rig {
     fn drop(&mut self) {
         self.bridge = None;
-        if let Ok(place) = Place::open(&self.config.name, &self.config.shared_memory) {
+        if let Ok(place) = BenchPlace::open(&self.config.name, &self.config.shared_memory) {
             let _ = place.remove();
         }
     }
@@ -180,7 +181,7 @@ fn a_bus_is_listened_to_before_it_is_called_dead() {
 #[test]
 fn a_stop_that_comes_while_a_command_goes_out_is_obeyed_at_once() {
     let mut rig = Rig::new("aside");
-    let mut operator = rig.member(Role::Operator).publish(&REQUEST).expect("the only operator");
+    let mut operator = rig.member(ProcessRole::Operator).publish(&REQUEST).expect("the only operator");
     let ask = |sequence, act, stamp_ns| Request { sequence, stamp_ns, act: act as u32, reserved: 0 };
     // Until the bridge hears the operator, whom another thread of it has to meet.
     let mut now_ns = rig.bridge().bus_io.now_ns();
@@ -215,7 +216,7 @@ fn a_stop_that_comes_while_a_command_goes_out_is_obeyed_at_once() {
 #[test]
 fn sensors_that_all_fall_silent_are_published_as_stale() {
     let mut rig = Rig::new("silent");
-    let mut sensors = rig.member(Role::Monitor).subscribe(&SENSORS).expect("subscribed");
+    let mut sensors = rig.member(ProcessRole::Monitor).subscribe(&SENSORS).expect("subscribed");
     let good = |value| Sample::good(value, 1, 1);
     let measured = Sensors {
         body_rate: good(0.1),

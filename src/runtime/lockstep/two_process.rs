@@ -16,8 +16,8 @@ use crate::runtime::ProcessError;
 use crate::runtime::command_source::CommandSource;
 use crate::runtime::control_output::{AngleError, ControlOutput};
 use crate::shm::{
-    APPLIED, Bell, Bench, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS, Publisher, Role,
-    SENSORS, Subscriber, Waiter,
+    APPLIED, Bell, BenchMember, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS, ProcessRole,
+    Publisher, SENSORS, Subscriber, Waiter,
 };
 use crate::signal::{
     Applied, Command, ControlStep, GuardEvent, GuardStep, LockstepAnswer, LockstepStep, ROTORS, Sensors,
@@ -39,7 +39,7 @@ struct Line {
 }
 
 impl Line {
-    fn open(bench: &Bench, patience_s: f64) -> Result<Self, ProcessError> {
+    fn open(bench: &BenchMember, patience_s: f64) -> Result<Self, ProcessError> {
         Ok(Self {
             run: clock::monotonic_ns(),
             steps: bench.publish(&LOCKSTEP_STEPS)?,
@@ -110,7 +110,7 @@ struct Topics {
 }
 
 impl Topics {
-    fn open(bench: &Bench) -> Result<Self, ProcessError> {
+    fn open(bench: &BenchMember) -> Result<Self, ProcessError> {
         Ok(Self {
             sensors: bench.publish(&SENSORS)?,
             applied: bench.publish(&APPLIED)?,
@@ -149,7 +149,7 @@ pub fn conduct(
     let guard = crate::runtime::controller_plant::guard(config)?;
     let emulated =
         EmulatedBench::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Emulate)?;
     let mut line = Line::open(&bench, patience_s)?;
     let mut topics = Topics::open(&bench)?;
     let mut state = emulated.start();
@@ -204,7 +204,7 @@ pub fn answer(
     shutdown: &Shutdown,
 ) -> Result<AnswerSummary, ProcessError> {
     config.check()?;
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Control)?;
     let mut output = ControlOutput::open(&bench, source)?;
     let mut steps = bench.subscribe(&LOCKSTEP_STEPS)?;
     let mut answers = bench.publish(&LOCKSTEP_ANSWERS)?;

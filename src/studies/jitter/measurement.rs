@@ -16,7 +16,7 @@ use crate::runtime::bus_io::is_virtual;
 use crate::runtime::control::ControlLoop;
 use crate::runtime::run::RunLoop;
 use crate::runtime::{ProcessError, controller_plant, emulate};
-use crate::shm::{Bench, Place, Role, SENSORS};
+use crate::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS};
 use crate::signal::{Applied, Sample, Sensors};
 use crate::studies::thresholds::THRESHOLDS;
 
@@ -92,7 +92,7 @@ pub(crate) fn measure(
                 |peer| emulate::behind_guard(&peer_of(&bench), true, None, peer).map(|_| ()),
                 |peer| on_own_thread(|| shared_memory(&bench, slots, shutdown, peer)),
             );
-            if let Ok(place) = Place::open(&bench.name, &bench.shared_memory) {
+            if let Ok(place) = BenchPlace::open(&bench.name, &bench.shared_memory) {
                 // What stays is in memory only, and `doctor --fix` finds it.
                 let _ = place.remove();
             }
@@ -274,7 +274,7 @@ fn shared_memory(
 
 /// Waits for the peer's first sensors; `peer` ends before them when it cannot run.
 fn await_sensors(config: &BenchConfig, peer: &Shutdown) -> Result<(), ProcessError> {
-    let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
+    let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Monitor)?;
     let mut sensors = bench.subscribe(&SENSORS)?;
     let start = Instant::now();
     while sensors.newest().is_none() {
