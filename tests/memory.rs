@@ -5,12 +5,12 @@ use std::sync::{Mutex, PoisonError};
 
 use rotorbench::identify::{self, IdentifySettings};
 use rotorbench::log::Dataset;
-use rotorbench::recording::{Disk, Record, Recorder, RecorderOptions, RecordingMetadata};
+use rotorbench::recording::{Disk, RecordedItem, Recorder, RecorderOptions, RecordingMetadata};
 use rotorbench::screening::ScreenedLog;
 use rotorbench::signal::{Applied, Command, ControlStep, CycleSample, GuardStep, Sensors};
 
 /// One period of a bench: what its threads would send.
-fn period(sequence: u64) -> [Record; 4] {
+fn period(sequence: u64) -> [RecordedItem; 4] {
     let stamp_ns = sequence * 1_000_000;
     let sensors = Sensors { sequence, stamp_ns, ..Sensors::default() };
     let command = Command { sequence, stamp_ns, rotor: [0.1, 0.2], ..Command::default() };

@@ -8,7 +8,7 @@ use super::usage_error::{SetError, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
-use crate::recording::{End, Record, Recording, RecordingMetadata};
+use crate::recording::{End, RecordedItem, Recording, RecordingMetadata};
 use crate::report;
 use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::replay::{Replay, ReplayResult};
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut lost = 0;
     let mut replay = Replay::new(&source, &guard);
     replay.run(recording.by_ref().inspect(|record| {
-        if let Ok(Record::Status(status)) = record {
+        if let Ok(RecordedItem::Status(status)) = record {
             lost = status.dropped;
         }
     }))?;

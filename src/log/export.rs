@@ -13,7 +13,7 @@ use super::dataset::{Dataset, DatasetError};
 use crate::recording::RecordError;
 use crate::recording::raw_frame::RawFrame;
 pub(crate) use crate::recording::reader::{End, Recording};
-pub(crate) use crate::recording::sender::Record;
+pub(crate) use crate::recording::sender::RecordedItem;
 use crate::signal::columns;
 
 /// Columns before those of the sensors.
@@ -124,7 +124,7 @@ fn used(recording: Recording) -> Result<[bool; COLUMNS.len()], RecordError> {
     let mut used = [false; COLUMNS.len()];
     let mut rows = Rows::new();
     for record in recording {
-        if let Record::GuardStep(step) = record?
+        if let RecordedItem::GuardStep(step) = record?
             && let Some((_, cells)) = rows.row(&step)
         {
             used.iter_mut().zip(cells).for_each(|(used, cell)| *used |= cell.is_finite());
@@ -154,7 +154,7 @@ pub fn write_log(recording: &Path, log: &Path) -> Result<ExportSummary, RecordEr
         writeln!(file, "{}", std::iter::once(columns::TIME).chain(names).collect::<Vec<_>>().join(","))?;
         for record in source.by_ref() {
             match record {
-                Ok(Record::GuardStep(step)) => {
+                Ok(RecordedItem::GuardStep(step)) => {
                     let Some((time, cells)) = rows.row(&step) else { continue };
                     write!(file, "{time}")?;
                     for (cell, _) in cells.iter().zip(used).filter(|(_, used)| *used) {
@@ -163,7 +163,7 @@ pub fn write_log(recording: &Path, log: &Path) -> Result<ExportSummary, RecordEr
                     writeln!(file)?;
                     written += 1;
                 }
-                Ok(Record::Status(status)) => lost = status.dropped,
+                Ok(RecordedItem::Status(status)) => lost = status.dropped,
                 Ok(_) => {}
                 Err(error) => {
                     failure = Some(error);
@@ -226,7 +226,7 @@ pub fn dataset(path: &Path) -> Result<Dataset, RecordError> {
     let foreign = |reason: String| RecordError::Foreign { path: path.to_owned(), reason };
     let mut collected = Collected::new();
     for record in Recording::open(path)? {
-        if let Record::GuardStep(step) = record? {
+        if let RecordedItem::GuardStep(step) = record? {
             collected.push(&step);
         }
     }
@@ -265,7 +265,7 @@ pub fn write_candump(recording: &Path, log: &Path) -> Result<ExportSummary, Reco
         };
         for record in source.by_ref() {
             match record {
-                Ok(Record::Frame(frame)) => {
+                Ok(RecordedItem::Frame(frame)) => {
                     waiting.push(Reverse((frame.stamp_ns, arrived)));
                     frames.insert(arrived, frame);
                     arrived += 1;
@@ -275,7 +275,7 @@ pub fn write_candump(recording: &Path, log: &Path) -> Result<ExportSummary, Reco
                         put(file, frames.remove(&order))?;
                     }
                 }
-                Ok(Record::Status(status)) => lost = status.dropped,
+                Ok(RecordedItem::Status(status)) => lost = status.dropped,
                 Ok(_) => {}
                 Err(error) => {
                     failure = Some(error);

@@ -54,11 +54,11 @@ impl Parser<'_> {
 }
 
 /// A type that can lie in a message.
-pub trait Field: Sized {
+pub trait CdrField: Sized {
     /// Its name in a `ros2msg` schema, with the array's brackets.
     fn type_name() -> String;
     /// Adds the definitions of the messages it is made of.
-    fn define(into: &mut Definitions);
+    fn define(into: &mut NestedDefinitions);
     /// Appends it.
     fn emit(&self, to: &mut Emitter<'_>);
     /// Reads it.
@@ -68,7 +68,7 @@ pub trait Field: Sized {
 }
 
 /// A type that can be a whole message.
-pub trait CdrMessage: Field {
+pub trait CdrMessage: CdrField {
     /// Its name in schemas, without the package.
     const NAME: &'static str;
     /// Its fields, one `type name # comment` a line.
@@ -77,12 +77,12 @@ pub trait CdrMessage: Field {
 
 /// Definitions of nested messages, each once, in the order met.
 #[derive(Default)]
-pub struct Definitions {
+pub struct NestedDefinitions {
     seen: BTreeSet<&'static str>,
     text: String,
 }
 
-impl Definitions {
+impl NestedDefinitions {
     pub(crate) fn add<N: CdrMessage>(&mut self) {
         if self.seen.insert(N::NAME) {
             let rule = "=".repeat(80);
@@ -94,7 +94,7 @@ impl Definitions {
 
 /// Schema text of `N`: its fields, then every message they are made of.
 pub fn schema<N: CdrMessage>() -> String {
-    let mut definitions = Definitions::default();
+    let mut definitions = NestedDefinitions::default();
     definitions.seen.insert(N::NAME);
     N::define(&mut definitions);
     N::fields_text() + &definitions.text
@@ -156,11 +156,11 @@ pub fn first_difference<N: CdrMessage>(recorded: &N, replayed: &N) -> Option<Dif
 
 macro_rules! primitive {
     ($($rust:ty => $ros:literal),*) => {$(
-        impl Field for $rust {
+        impl CdrField for $rust {
             fn type_name() -> String {
                 $ros.to_owned()
             }
-            fn define(_: &mut Definitions) {}
+            fn define(_: &mut NestedDefinitions) {}
             fn emit(&self, to: &mut Emitter<'_>) {
                 to.put(&self.to_le_bytes());
             }
@@ -177,11 +177,11 @@ macro_rules! primitive {
 }
 primitive!(u8 => "uint8", u32 => "uint32", u64 => "uint64", f64 => "float64");
 
-impl<F: Field, const N: usize> Field for [F; N] {
+impl<F: CdrField, const N: usize> CdrField for [F; N] {
     fn type_name() -> String {
         format!("{}[{N}]", F::type_name())
     }
-    fn define(into: &mut Definitions) {
+    fn define(into: &mut NestedDefinitions) {
         F::define(into);
     }
     fn emit(&self, to: &mut Emitter<'_>) {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::cdr::{CdrMessage, Definitions, Emitter, Field, Parser};
+use super::cdr::{CdrField, CdrMessage, Emitter, NestedDefinitions, Parser};
 use super::raw_frame::RawFrame;
 use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Request, Sample, StateEstimate};
 
@@ -11,19 +11,19 @@ use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Reques
 /// called as its type is, or as `as` says.
 macro_rules! message {
     ($type:ident $(as $name:literal)? { $($field:ident : $kind:ty = $comment:literal),* $(,)? }) => {
-        impl Field for $type {
+        impl CdrField for $type {
             fn type_name() -> String {
                 Self::NAME.to_owned()
             }
-            fn define(into: &mut Definitions) {
+            fn define(into: &mut NestedDefinitions) {
                 into.add::<Self>();
-                $(<$kind as Field>::define(into);)*
+                $(<$kind as CdrField>::define(into);)*
             }
             fn emit(&self, to: &mut Emitter<'_>) {
-                $(Field::emit(&self.$field, to);)*
+                $(CdrField::emit(&self.$field, to);)*
             }
             fn parse(from: &mut Parser<'_>) -> Option<Self> {
-                Some(Self { $($field: Field::parse(from)?),* })
+                Some(Self { $($field: CdrField::parse(from)?),* })
             }
             fn numbers(&self, name: &str, with: &mut dyn FnMut(String, u64, String)) {
                 let dot = if name.is_empty() { "" } else { "." };
@@ -36,7 +36,7 @@ macro_rules! message {
                 let mut text = String::new();
                 $(
                     let _ = writeln!(
-                        text, "{} {} # {}", <$kind as Field>::type_name(), stringify!($field), $comment
+                        text, "{} {} # {}", <$kind as CdrField>::type_name(), stringify!($field), $comment
                     );
                 )*
                 text

@@ -29,7 +29,7 @@ pub use metadata::{METADATA_NAME, RecordingMetadata};
 pub use patient_disk::Disk;
 pub use raw_frame::{FrameFlags, RawFrame};
 pub use reader::{End, Recording};
-pub use sender::{Record, RecordSender};
+pub use sender::{RecordSender, RecordedItem};
 pub use sensors::encode_given;
 pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 

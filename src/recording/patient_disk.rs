@@ -38,7 +38,7 @@ impl Disk for File {
 
 /// What the recorder's thread and its owner share.
 #[derive(Debug, Default)]
-pub(crate) struct Progress {
+pub(crate) struct WriteProgress {
     /// Set when the recording is to end.
     pub(crate) closing: AtomicBool,
     /// [ns] time in which the disk was full.
@@ -54,13 +54,13 @@ pub(crate) struct Progress {
 /// A disk that is asked again while it is full, until the recording is being closed.
 pub(crate) struct PatientDisk {
     disk: Box<dyn Disk>,
-    progress: Arc<Progress>,
+    progress: Arc<WriteProgress>,
     position: u64,
     given_up: bool,
 }
 
 impl PatientDisk {
-    pub(crate) fn new(disk: Box<dyn Disk>, progress: Arc<Progress>) -> Self {
+    pub(crate) fn new(disk: Box<dyn Disk>, progress: Arc<WriteProgress>) -> Self {
         Self { disk, progress, position: 0, given_up: false }
     }
 

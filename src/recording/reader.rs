@@ -14,9 +14,9 @@ use super::RecordError;
 use super::cdr::{CdrMessage, decode};
 use super::messages::{ControlStepLine, GuardStepLine};
 use super::metadata::{METADATA_NAME, RecordingMetadata};
-use super::sender::Record;
+use super::sender::RecordedItem;
 use super::thresholds::THRESHOLDS;
-use super::topic::{TOPICS, Topic, WINDOW};
+use super::topic::{RecordedTopic, TOPICS, WINDOW};
 
 /// How a recording ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,10 +39,10 @@ pub struct Recording {
     mcap: LinearReader,
     byte: u64,
     metadata: RecordingMetadata,
-    channels: HashMap<u16, Topic>,
+    channels: HashMap<u16, RecordedTopic>,
     ordinals: HashMap<u16, u64>,
     recent: Recent,
-    first: Option<Record>,
+    first: Option<RecordedItem>,
     end: Option<End>,
 }
 
@@ -139,7 +139,7 @@ impl Recording {
     }
 
     /// The next record, or `None` at the end.
-    fn step(&mut self) -> Result<Option<Record>, RecordError> {
+    fn step(&mut self) -> Result<Option<RecordedItem>, RecordError> {
         while self.end.is_none() {
             let Some(event) = self.mcap.next_event() else {
                 self.cut_off("the file ends without its closing record".to_owned());
@@ -175,7 +175,7 @@ impl Recording {
     }
 
     /// Looks at one MCAP record; answers the bench's record in it, if it is a message.
-    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Option<Record>, RecordError> {
+    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Option<RecordedItem>, RecordError> {
         // Only these are of interest; the crate's parser of attachments panics on short ones.
         if !matches!(opcode, op::METADATA | op::CHANNEL | op::MESSAGE | op::DATA_END) {
             return Ok(None);
@@ -199,7 +199,7 @@ impl Recording {
         Ok(None)
     }
 
-    fn message(&mut self, channel: u16, data: &[u8]) -> Result<Option<Record>, RecordError> {
+    fn message(&mut self, channel: u16, data: &[u8]) -> Result<Option<RecordedItem>, RecordError> {
         let Some(topic) = self.channels.get(&channel).copied() else { return Ok(None) };
         let ordinal = self.ordinals.entry(channel).or_default();
         *ordinal += 1;
@@ -215,29 +215,34 @@ impl Recording {
 }
 
 impl Recent {
-    fn understand(&mut self, topic: Topic, ordinal: u64, data: &[u8]) -> Result<Record, String> {
-        fn plain<N: CdrMessage + Into<Record>>(data: &[u8]) -> Result<Record, String> {
+    fn understand(
+        &mut self,
+        topic: RecordedTopic,
+        ordinal: u64,
+        data: &[u8],
+    ) -> Result<RecordedItem, String> {
+        fn plain<N: CdrMessage + Into<RecordedItem>>(data: &[u8]) -> Result<RecordedItem, String> {
             decode::<N>(data).map(Into::into).map_err(|error| error.to_string())
         }
         Ok(match topic {
-            Topic::Sensors => Record::Sensors(self.sensors.keep(ordinal, data)?),
-            Topic::Command => Record::Command(self.command.keep(ordinal, data)?),
-            Topic::Applied => Record::Applied(self.applied.keep(ordinal, data)?),
-            Topic::Request => Record::Request(self.request.keep(ordinal, data)?),
-            Topic::GuardEvent => plain::<crate::signal::GuardEvent>(data)?,
-            Topic::Heartbeat => plain::<crate::signal::Heartbeat>(data)?,
-            Topic::Cycle => plain::<crate::signal::CycleSample>(data)?,
-            Topic::Frame => plain::<super::RawFrame>(data)?,
-            Topic::Recorder => plain::<super::RecorderStatus>(data)?,
-            Topic::ControlStep => {
+            RecordedTopic::Sensors => RecordedItem::Sensors(self.sensors.keep(ordinal, data)?),
+            RecordedTopic::Command => RecordedItem::Command(self.command.keep(ordinal, data)?),
+            RecordedTopic::Applied => RecordedItem::Applied(self.applied.keep(ordinal, data)?),
+            RecordedTopic::Request => RecordedItem::Request(self.request.keep(ordinal, data)?),
+            RecordedTopic::GuardEvent => plain::<crate::signal::GuardEvent>(data)?,
+            RecordedTopic::Heartbeat => plain::<crate::signal::Heartbeat>(data)?,
+            RecordedTopic::Cycle => plain::<crate::signal::CycleSample>(data)?,
+            RecordedTopic::Frame => plain::<super::RawFrame>(data)?,
+            RecordedTopic::Recorder => plain::<super::RecorderStatus>(data)?,
+            RecordedTopic::ControlStep => {
                 let line = decode::<ControlStepLine>(data).map_err(|error| error.to_string())?;
-                Record::ControlStep(ControlStep {
+                RecordedItem::ControlStep(ControlStep {
                     sensors: self.sensors.find(line.sensors)?,
                     applied: self.applied.find(line.applied)?,
                     command: self.command.find(line.command)?,
                 })
             }
-            Topic::GuardStep => {
+            RecordedTopic::GuardStep => {
                 let line = decode::<GuardStepLine>(data).map_err(|error| error.to_string())?;
                 let given = |ordinal: u64| (ordinal != 0).then_some(ordinal);
                 let newest = given(line.newest).map(|it| self.command.find(it)).transpose()?;
@@ -245,14 +250,14 @@ impl Recent {
                 let (sensors, applied) = (self.sensors.find(line.sensors)?, self.applied.find(line.applied)?);
                 let trip = (line.trip_cause != 0).then_some((line.trip_ns, line.trip_cause));
                 let step = GuardStep::new(line.now_ns, &sensors, newest.as_ref(), request.as_ref(), &applied);
-                Record::GuardStep(step.tripped(trip))
+                RecordedItem::GuardStep(step.tripped(trip))
             }
         })
     }
 }
 
 impl Iterator for Recording {
-    type Item = Result<Record, RecordError>;
+    type Item = Result<RecordedItem, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         match self.first.take() {

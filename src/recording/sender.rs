@@ -15,7 +15,7 @@ use super::raw_frame::RawFrame;
 
 /// Anything a recording holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Record {
+pub enum RecordedItem {
     /// A publication of the sensors.
     Sensors(Sensors),
     /// What the controller wanted.
@@ -42,7 +42,7 @@ pub enum Record {
 
 macro_rules! record_from {
     ($($variant:ident : $message:ty),* $(,)?) => {$(
-        impl From<$message> for Record {
+        impl From<$message> for RecordedItem {
             fn from(message: $message) -> Self {
                 Self::$variant(message)
             }
@@ -55,7 +55,7 @@ record_from!(
     Status: RecorderStatus,
 );
 
-impl Record {
+impl RecordedItem {
     /// [ns] CLOCK_MONOTONIC of what it records.
     #[must_use]
     pub fn stamp_ns(&self) -> u64 {
@@ -78,7 +78,7 @@ impl Record {
 /// The queue of one thread, shared with the recorder's thread.
 #[derive(Debug)]
 pub(crate) struct Lane {
-    pub(crate) queue: ArrayQueue<Record>,
+    pub(crate) queue: ArrayQueue<RecordedItem>,
     /// Records refused because the queue was full.
     pub(crate) dropped: AtomicU64,
 }
@@ -110,7 +110,7 @@ impl RecordSender {
     }
 
     /// Hands `record` to the recorder. Returns whether it was taken.
-    pub fn send(&mut self, record: impl Into<Record>) -> bool {
+    pub fn send(&mut self, record: impl Into<RecordedItem>) -> bool {
         let Some(lane) = &self.lane else { return true };
         // One slot always stays free. Were the queue filled to the brim, `push` could meet the one slot the
         // recorder is just emptying and spin for it: forever, if this is a real-time thread that has
@@ -124,7 +124,7 @@ impl RecordSender {
     }
 
     /// Hands `record` over, waiting while the queue is full: for benches on virtual time, never for a real one.
-    pub fn send_patiently(&mut self, record: impl Into<Record>) {
+    pub fn send_patiently(&mut self, record: impl Into<RecordedItem>) {
         let Some(lane) = &self.lane else { return };
         let record = record.into();
         while lane.queue.len() + 1 >= lane.queue.capacity() {

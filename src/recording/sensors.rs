@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::cdr::{CdrMessage, Definitions, Emitter, Field, Parser, envelope};
+use super::cdr::{CdrField, CdrMessage, Emitter, NestedDefinitions, Parser, envelope};
 use crate::signal::{Channel, Sample, Sensor, Sensors};
 
 /// Channels of the first recordings. Messages of old files end behind them or behind a later sensor; what they lack was never
@@ -25,12 +25,12 @@ impl CdrMessage for Sensors {
     }
 }
 
-impl Field for Sensors {
+impl CdrField for Sensors {
     fn type_name() -> String {
         Self::NAME.to_owned()
     }
 
-    fn define(into: &mut Definitions) {
+    fn define(into: &mut NestedDefinitions) {
         into.add::<Self>();
         Sample::define(into);
     }
@@ -40,8 +40,8 @@ impl Field for Sensors {
     }
 
     fn parse(from: &mut Parser<'_>) -> Option<Self> {
-        let sequence = Field::parse(from)?;
-        let stamp_ns = Field::parse(from)?;
+        let sequence = CdrField::parse(from)?;
+        let stamp_ns = CdrField::parse(from)?;
         let mut sensors = Self { sequence, stamp_ns, ..Self::default() };
         let mut read = 0;
         for sensor in Sensor::ALL {
@@ -49,7 +49,7 @@ impl Field for Sensors {
                 break;
             }
             for channel in sensor.channels() {
-                *channel.of_mut(&mut sensors) = Field::parse(from)?;
+                *channel.of_mut(&mut sensors) = CdrField::parse(from)?;
             }
             read += sensor.channels().len();
         }

@@ -13,8 +13,8 @@ use super::cdr::{CdrMessage, encode};
 use super::messages::{ControlStepLine, GuardStepLine};
 use super::metadata::{METADATA_NAME, RecordingMetadata};
 use super::patient_disk::PatientDisk;
-use super::sender::Record;
-use super::topic::{PerTopic, TOPICS, Topic, WINDOW};
+use super::sender::RecordedItem;
+use super::topic::{PerTopic, RecordedTopic, TOPICS, WINDOW};
 
 /// The MCAP file under construction.
 pub(crate) struct Sink {
@@ -79,54 +79,64 @@ impl Sink {
         Ok(sink)
     }
 
-    pub(crate) fn write(&mut self, record: &Record) -> Result<(), RecordError> {
+    pub(crate) fn write(&mut self, record: &RecordedItem) -> Result<(), RecordError> {
         let stamp = record.stamp_ns();
         match record {
-            Record::Sensors(it) => self.refer(Topic::Sensors, stamp, it).map(drop),
-            Record::Command(it) => self.refer(Topic::Command, stamp, it).map(drop),
-            Record::Applied(it) => self.refer(Topic::Applied, stamp, it).map(drop),
-            Record::Request(it) => self.refer(Topic::Request, stamp, it).map(drop),
-            Record::GuardEvent(it) => self.append(Topic::GuardEvent, stamp, it),
-            Record::Heartbeat(it) => self.append(Topic::Heartbeat, stamp, it),
-            Record::Cycle(it) => self.append(Topic::Cycle, stamp, it),
-            Record::Frame(it) => self.append(Topic::Frame, stamp, it),
-            Record::Status(it) => self.append(Topic::Recorder, stamp, it),
-            Record::ControlStep(it) => {
+            RecordedItem::Sensors(it) => self.refer(RecordedTopic::Sensors, stamp, it).map(drop),
+            RecordedItem::Command(it) => self.refer(RecordedTopic::Command, stamp, it).map(drop),
+            RecordedItem::Applied(it) => self.refer(RecordedTopic::Applied, stamp, it).map(drop),
+            RecordedItem::Request(it) => self.refer(RecordedTopic::Request, stamp, it).map(drop),
+            RecordedItem::GuardEvent(it) => self.append(RecordedTopic::GuardEvent, stamp, it),
+            RecordedItem::Heartbeat(it) => self.append(RecordedTopic::Heartbeat, stamp, it),
+            RecordedItem::Cycle(it) => self.append(RecordedTopic::Cycle, stamp, it),
+            RecordedItem::Frame(it) => self.append(RecordedTopic::Frame, stamp, it),
+            RecordedItem::Status(it) => self.append(RecordedTopic::Recorder, stamp, it),
+            RecordedItem::ControlStep(it) => {
                 let line = ControlStepLine {
-                    sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
-                    applied: self.refer(Topic::Applied, it.applied.stamp_ns, &it.applied)?,
-                    command: self.refer(Topic::Command, it.command.stamp_ns, &it.command)?,
+                    sensors: self.refer(RecordedTopic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
+                    applied: self.refer(RecordedTopic::Applied, it.applied.stamp_ns, &it.applied)?,
+                    command: self.refer(RecordedTopic::Command, it.command.stamp_ns, &it.command)?,
                 };
-                self.append(Topic::ControlStep, stamp, &line)
+                self.append(RecordedTopic::ControlStep, stamp, &line)
             }
-            Record::GuardStep(it) => {
+            RecordedItem::GuardStep(it) => {
                 let mut line = GuardStepLine {
                     now_ns: it.now_ns,
                     trip_ns: it.trip_ns,
                     trip_cause: it.trip_cause,
-                    sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
+                    sensors: self.refer(RecordedTopic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
                     ..GuardStepLine::default()
                 };
                 if let Some(newest) = it.newest() {
-                    line.newest = self.refer(Topic::Command, newest.stamp_ns, newest)?;
+                    line.newest = self.refer(RecordedTopic::Command, newest.stamp_ns, newest)?;
                 }
                 if let Some(request) = it.request() {
-                    line.request = self.refer(Topic::Request, request.stamp_ns, request)?;
+                    line.request = self.refer(RecordedTopic::Request, request.stamp_ns, request)?;
                 }
-                line.applied = self.refer(Topic::Applied, it.applied.stamp_ns, &it.applied)?;
-                self.append(Topic::GuardStep, stamp, &line)
+                line.applied = self.refer(RecordedTopic::Applied, it.applied.stamp_ns, &it.applied)?;
+                self.append(RecordedTopic::GuardStep, stamp, &line)
             }
         }
     }
 
-    fn append<N: CdrMessage>(&mut self, topic: Topic, stamp_ns: u64, message: &N) -> Result<(), RecordError> {
+    fn append<N: CdrMessage>(
+        &mut self,
+        topic: RecordedTopic,
+        stamp_ns: u64,
+        message: &N,
+    ) -> Result<(), RecordError> {
         encode(message, &mut self.bytes);
         self.put(topic, stamp_ns).map(drop)
     }
 
     /// The ordinal of `message` in its topic: of the recent message with the same bytes, else of a new one. The same
     /// value reaches the recorder by several ways (published, consumed by a step) and is written once.
-    fn refer<N: CdrMessage>(&mut self, topic: Topic, stamp_ns: u64, message: &N) -> Result<u64, RecordError> {
+    fn refer<N: CdrMessage>(
+        &mut self,
+        topic: RecordedTopic,
+        stamp_ns: u64,
+        message: &N,
+    ) -> Result<u64, RecordError> {
         encode(message, &mut self.bytes);
         let known = self.topics.of(topic).recent.iter().rev().find(|(_, bytes)| *bytes == self.bytes);
         if let Some((ordinal, _)) = known {
@@ -142,7 +152,7 @@ impl Sink {
         Ok(ordinal)
     }
 
-    fn put(&mut self, topic: Topic, stamp_ns: u64) -> Result<u64, RecordError> {
+    fn put(&mut self, topic: RecordedTopic, stamp_ns: u64) -> Result<u64, RecordError> {
         let state = self.topics.of(topic);
         state.count += 1;
         let ordinal = state.count;

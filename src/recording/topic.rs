@@ -10,7 +10,7 @@ pub(crate) const WINDOW: usize = 64;
 
 /// A topic; the number is its place in [`TOPICS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Topic {
+pub(crate) enum RecordedTopic {
     Sensors = 0,
     Command = 1,
     Applied = 2,
@@ -26,7 +26,7 @@ pub(crate) enum Topic {
 
 /// Name in the file, message, schema.
 pub(crate) struct TopicInfo {
-    pub(crate) topic: Topic,
+    pub(crate) topic: RecordedTopic,
     pub(crate) name: &'static str,
     pub(crate) message: &'static str,
     pub(crate) schema: fn() -> String,
@@ -36,7 +36,7 @@ macro_rules! topics {
     ($($topic:ident $name:literal $message:ident),* $(,)?) => {
         /// Every topic, in the order of their numbers.
         pub(crate) const TOPICS: [TopicInfo; 11] = [
-            $(TopicInfo { topic: Topic::$topic, name: $name, message: stringify!($message), schema: schema::<$message> }),*
+            $(TopicInfo { topic: RecordedTopic::$topic, name: $name, message: stringify!($message), schema: schema::<$message> }),*
         ];
     };
 }
@@ -63,7 +63,7 @@ impl<T> PerTopic<T> {
         Self(std::array::from_fn(make))
     }
 
-    pub(crate) fn of(&mut self, topic: Topic) -> &mut T {
+    pub(crate) fn of(&mut self, topic: RecordedTopic) -> &mut T {
         // A topic's number is below the array's length, which the test below holds.
         &mut self.0[topic as usize]
     }

@@ -13,8 +13,8 @@ use crate::clock::monotonic_ns;
 use super::RecordError;
 use super::messages::RecorderStatus;
 use super::metadata::RecordingMetadata;
-use super::patient_disk::{Disk, PatientDisk, Progress};
-use super::sender::{Lane, Record, RecordSender};
+use super::patient_disk::{Disk, PatientDisk, WriteProgress};
+use super::sender::{Lane, RecordSender, RecordedItem};
 use super::sink::Sink;
 
 /// How often the queues are looked into. Polling costs the sending threads nothing; waking us would.
@@ -54,7 +54,7 @@ type Lanes = Arc<Mutex<Vec<Arc<Lane>>>>;
 #[derive(Debug)]
 pub struct Recorder {
     lanes: Lanes,
-    progress: Arc<Progress>,
+    progress: Arc<WriteProgress>,
     options: RecorderOptions,
     thread: Option<JoinHandle<Result<(), RecordError>>>,
 }
@@ -88,7 +88,7 @@ impl Recorder {
         options: RecorderOptions,
     ) -> Result<Self, RecordError> {
         let lanes = Lanes::default();
-        let progress = Arc::new(Progress::default());
+        let progress = Arc::new(WriteProgress::default());
         let metadata = metadata.stamped();
         let sink = Sink::create(PatientDisk::new(disk, Arc::clone(&progress)), metadata)?;
         let worker = Worker { lanes: Arc::clone(&lanes), progress: Arc::clone(&progress), options };
@@ -174,7 +174,7 @@ fn leave_real_time() {
 /// What the recorder's thread works on.
 struct Worker {
     lanes: Lanes,
-    progress: Arc<Progress>,
+    progress: Arc<WriteProgress>,
     options: RecorderOptions,
 }
 
@@ -206,11 +206,11 @@ impl Worker {
                 }
             }
             if closing && seen == 0 {
-                sink.write(&Record::Status(self.status(&lanes)))?;
+                sink.write(&RecordedItem::Status(self.status(&lanes)))?;
                 return sink.finish();
             }
             if last_chunk.elapsed() >= chunk {
-                sink.write(&Record::Status(self.status(&lanes)))?;
+                sink.write(&RecordedItem::Status(self.status(&lanes)))?;
                 sink.flush()?;
                 last_chunk = Instant::now();
             }

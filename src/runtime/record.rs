@@ -18,7 +18,7 @@ use crate::can::Port;
 use crate::clock;
 use crate::model::Model;
 use crate::recording::{
-    RawFrame, Record, RecordError, RecordSender, Recorder, RecorderOptions, RecorderSummary,
+    RawFrame, RecordError, RecordSender, RecordedItem, Recorder, RecorderOptions, RecorderSummary,
     RecordingMetadata,
 };
 use crate::rt::Shutdown;
@@ -70,7 +70,7 @@ struct Tap<T: Shareable> {
     lost: u64,
 }
 
-impl<T: Shareable + Into<Record>> Tap<T> {
+impl<T: Shareable + Into<RecordedItem>> Tap<T> {
     fn open(bench: &BenchMember, topic: &Topic<T>) -> Result<Self, ShmError> {
         Ok(Self { subscriber: bench.subscribe(topic)?, lost: 0 })
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::command_source::{CommandSource, CommandSourceState};
 use crate::clock;
 use crate::guard::{Cause, Guard, GuardState};
-use crate::recording::{Difference, Record, RecordError, first_difference};
+use crate::recording::{Difference, RecordError, RecordedItem, first_difference};
 use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep};
 
 /// The first place where a recording and its replay part.
@@ -90,13 +90,13 @@ impl<'a> Replay<'a> {
     /// [`RecordError`] of the recording.
     pub fn run(
         &mut self,
-        records: impl IntoIterator<Item = Result<Record, RecordError>>,
+        records: impl IntoIterator<Item = Result<RecordedItem, RecordError>>,
     ) -> Result<(), RecordError> {
         for record in records {
             match record? {
-                Record::ControlStep(step) => self.control_step(&step),
-                Record::GuardStep(step) => self.guard_step(&step),
-                Record::GuardEvent(event) => self.event(event),
+                RecordedItem::ControlStep(step) => self.control_step(&step),
+                RecordedItem::GuardStep(step) => self.guard_step(&step),
+                RecordedItem::GuardEvent(event) => self.event(event),
                 _ => {}
             }
         }

@@ -10,7 +10,7 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::code;
 use crate::emulate::Impulse;
-use crate::recording::{Record, RecordError, Recording};
+use crate::recording::{RecordError, RecordedItem, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
 use crate::screening::Finding;
 use crate::signal::ControlStep;
@@ -166,7 +166,7 @@ impl RawRun {
         let mut recording = Recording::open(path)?;
         let mut steps = Vec::new();
         for record in recording.by_ref() {
-            if let Record::ControlStep(step) = record? {
+            if let RecordedItem::ControlStep(step) = record? {
                 steps.push(step);
             }
         }

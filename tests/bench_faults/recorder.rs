@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rotorbench::clock;
 use rotorbench::guard::State;
-use rotorbench::recording::{End, Record, Recording};
+use rotorbench::recording::{End, RecordedItem, Recording};
 
 use crate::json_schema;
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
@@ -34,7 +34,7 @@ fn start_recorder(bench: &TestBench, name: &str) -> (Process, PathBuf) {
 }
 
 /// Every record that can be read, in order; the rest must be cut off and not damaged.
-fn read(path: &Path) -> (Vec<Record>, Option<End>) {
+fn read(path: &Path) -> (Vec<RecordedItem>, Option<End>) {
     let mut recording = Recording::open(path).expect("a recording, however it ended");
     let records = recording.by_ref().map(|record| record.expect("whole records only")).collect();
     (records, recording.end().cloned())
@@ -61,7 +61,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
             recorder.signal(libc::SIGKILL);
             drop(recorder);
             let (records, end) = read(&path);
-            let last_ns = records.iter().map(Record::stamp_ns).max().unwrap_or(0);
+            let last_ns = records.iter().map(RecordedItem::stamp_ns).max().unwrap_or(0);
             let missing_s = clock::span_s(killed_ns.saturating_sub(last_ns));
             say(&format!(
                 "killed after {moment_ms} ms: {} records, the last {:.0} ms old, {end:?}",
@@ -69,7 +69,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
                 missing_s * 1e3
             ));
             let steps = records.iter().filter_map(|record| match record {
-                Record::GuardStep(step) => Some(step.applied.sequence),
+                RecordedItem::GuardStep(step) => Some(step.applied.sequence),
                 _ => None,
             });
             let steps: Vec<u64> = steps.collect();
@@ -104,7 +104,9 @@ fn back_pressure_is_counted_and_never_felt() {
         assert!(dropped > 0, "{summary}");
         let (records, end) = read(&path);
         assert_eq!(end, Some(End::Whole));
-        let Some(Record::Status(status)) = records.last() else { panic!("the recorder has the last word") };
+        let Some(RecordedItem::Status(status)) = records.last() else {
+            panic!("the recorder has the last word")
+        };
         assert_eq!(status.dropped, dropped, "the file itself says how much is missing");
     });
 }

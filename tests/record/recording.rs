@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rotorbench::recording::{
-    Disk, End, FrameFlags, RawFrame, Record, Recorder, RecorderOptions, Recording, RecordingMetadata,
+    Disk, End, FrameFlags, RawFrame, RecordedItem, Recorder, RecorderOptions, Recording, RecordingMetadata,
 };
 use rotorbench::signal::{
     Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sample, Sensors,
@@ -40,7 +40,7 @@ fn applied(sequence: u64) -> Applied {
 }
 
 /// One period of a bench: what its threads would send.
-fn period(sequence: u64) -> Vec<Record> {
+fn period(sequence: u64) -> Vec<RecordedItem> {
     let (seen, wanted, sent) = (sensors(sequence), command(sequence), applied(sequence));
     let control = ControlStep { sensors: seen, applied: applied(sequence - 1), command: wanted };
     let request = Request { sequence: 1, stamp_ns: 5, act: 1, reserved: 0 };
@@ -80,13 +80,17 @@ fn record_periods(path: &Path, periods: u64) {
 }
 
 /// `Debug` shows every field; of not-a-number it hides the bits, which the tests compare beside it.
-fn shown(records: &[Record]) -> Vec<String> {
+fn shown(records: &[RecordedItem]) -> Vec<String> {
     records.iter().map(|record| format!("{record:?}")).collect()
 }
 
-fn without_status(recording: &mut Recording) -> Vec<Record> {
-    let records: Result<Vec<Record>, _> = recording.collect();
-    records.expect("readable").into_iter().filter(|record| !matches!(record, Record::Status(_))).collect()
+fn without_status(recording: &mut Recording) -> Vec<RecordedItem> {
+    let records: Result<Vec<RecordedItem>, _> = recording.collect();
+    records
+        .expect("readable")
+        .into_iter()
+        .filter(|record| !matches!(record, RecordedItem::Status(_)))
+        .collect()
 }
 
 #[test]
@@ -96,7 +100,7 @@ fn every_message_comes_back_bit_for_bit() {
     let mut frame =
         RawFrame { stamp_ns: 9, id: 0x117, flags: FrameFlags::EXTENDED, length: 4, ..RawFrame::default() };
     frame.data[..4].copy_from_slice(&[0, 0, 0xc7, 0x38]);
-    let plain: Vec<Record> = vec![
+    let plain: Vec<RecordedItem> = vec![
         GuardEvent { sequence: 1, value: f64::NEG_INFINITY, ..GuardEvent::default() }.into(),
         Heartbeat { count: 3, process_id: 77, ..Heartbeat::default() }.into(),
         frame.into(),
@@ -117,14 +121,14 @@ fn every_message_comes_back_bit_for_bit() {
     assert_eq!(recording.metadata().dbc_files, metadata().dbc_files);
     let back = without_status(&mut recording);
     assert_eq!(recording.end(), Some(&End::Whole));
-    let steps: Vec<&Record> = back
+    let steps: Vec<&RecordedItem> = back
         .iter()
-        .filter(|record| matches!(record, Record::ControlStep(_) | Record::GuardStep(_)))
+        .filter(|record| matches!(record, RecordedItem::ControlStep(_) | RecordedItem::GuardStep(_)))
         .collect();
     let expected = period(3);
     assert_eq!(format!("{:?}", steps[0]), format!("{:?}", expected[1]));
     assert_eq!(format!("{:?}", steps[1]), format!("{:?}", expected[2]));
-    let Record::ControlStep(step) = steps[0] else { panic!("the first step is the controller's") };
+    let RecordedItem::ControlStep(step) = steps[0] else { panic!("the first step is the controller's") };
     assert_eq!(step.sensors.body_angle.value.to_bits(), ODD_NAN);
     assert_eq!(step.command.rotor[1].to_bits(), (-0.0_f64).to_bits());
     let shown = shown(&back);
@@ -132,7 +136,7 @@ fn every_message_comes_back_bit_for_bit() {
         assert!(shown.contains(&format!("{record:?}")), "{record:?} is in the recording");
     }
     // What was published and then consumed by two steps is written once.
-    assert_eq!(back.iter().filter(|record| matches!(record, Record::Sensors(_))).count(), 1);
+    assert_eq!(back.iter().filter(|record| matches!(record, RecordedItem::Sensors(_))).count(), 1);
 }
 
 #[test]
@@ -192,9 +196,9 @@ fn damage_is_found_and_ends_the_reading() {
         std::fs::write(&damaged, &bytes).expect("written");
         // Whatever stands there: no panic, no endless reading, and nothing that was not recorded.
         if let Ok(recording) = Recording::open(&damaged) {
-            let back: Vec<Record> = recording
+            let back: Vec<RecordedItem> = recording
                 .map_while(Result::ok)
-                .filter(|record| !matches!(record, Record::Status(_)))
+                .filter(|record| !matches!(record, RecordedItem::Status(_)))
                 .collect();
             assert!(back.len() <= all.len());
             for record in shown(&back) {
@@ -305,10 +309,12 @@ fn a_disk_that_gets_room_again_goes_on() {
     assert!(summary.dropped > 0 && summary.disk_full_ns > 0, "{summary:?}");
     let (_folder, path) = saved(&disk);
     let mut recording = Recording::open(&path).expect("a recording");
-    let records: Vec<Record> = recording.by_ref().map(|record| record.expect("readable")).collect();
+    let records: Vec<RecordedItem> = recording.by_ref().map(|record| record.expect("readable")).collect();
     assert_eq!(recording.end(), Some(&End::Whole));
-    assert!(records.iter().any(|record| matches!(record, Record::Sensors(it) if it.sequence == 1_000_000)));
-    let Some(Record::Status(status)) = records.last() else { panic!("the recorder has the last word") };
+    assert!(
+        records.iter().any(|record| matches!(record, RecordedItem::Sensors(it) if it.sequence == 1_000_000))
+    );
+    let Some(RecordedItem::Status(status)) = records.last() else { panic!("the recorder has the last word") };
     assert_eq!(status.dropped, summary.dropped, "the file itself says how much is missing");
 }
 

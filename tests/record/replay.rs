@@ -6,7 +6,7 @@ use super::{json_schema, rotorbench};
 use rotorbench::bench::BenchConfig;
 use rotorbench::emulate::Impulse;
 use rotorbench::log::{csv, export};
-use rotorbench::recording::{Record, Recorder, RecorderOptions, Recording};
+use rotorbench::recording::{RecordedItem, Recorder, RecorderOptions, Recording};
 use rotorbench::runtime::lockstep::Lockstep;
 use rotorbench::runtime::replay::Replay;
 use rotorbench::runtime::{controller_plant, record};
@@ -75,7 +75,7 @@ fn a_changed_constant_is_named_at_the_first_sample_that_differs() {
     let mut state = source.start();
     let mut expected = None;
     for record in Recording::open(&path).expect("a recording") {
-        if let Record::ControlStep(step) = record.expect("readable") {
+        if let RecordedItem::ControlStep(step) = record.expect("readable") {
             let command = source.step(&mut state, &step.sensors, &step.applied);
             let command = rotorbench::signal::Command { stamp_ns: step.command.stamp_ns, ..command };
             if expected.is_none() && command != step.command {
@@ -118,9 +118,9 @@ fn what_came_late_or_was_lost_is_not_claimed() {
     assert!(late.controller.unknown > 0 && !late.controller.is_equal());
     // A recording with a hole.
     let mut gap = Replay::new(&source, &guard);
-    let records = Recording::open(&path)
-        .expect("a recording")
-        .filter(|record| !matches!(record, Ok(Record::ControlStep(step)) if step.command.sequence == 100));
+    let records = Recording::open(&path).expect("a recording").filter(
+        |record| !matches!(record, Ok(RecordedItem::ControlStep(step)) if step.command.sequence == 100),
+    );
     gap.run(records).expect("readable");
     assert_eq!((gap.controller.equal, gap.controller.unknown), (99, 900));
     assert!(gap.controller.first_difference.is_none() && gap.guard_result.is_equal());
@@ -142,7 +142,7 @@ fn an_export_holds_what_was_measured_and_what_the_rotors_got() {
     let steps: Vec<_> = Recording::open(&path)
         .expect("a recording")
         .filter_map(|record| match record.expect("readable") {
-            Record::GuardStep(step) => Some(step),
+            RecordedItem::GuardStep(step) => Some(step),
             _ => None,
         })
         .collect();

@@ -7,7 +7,7 @@ use rotorbench::bench::BenchConfig;
 use rotorbench::can::{BusConfig, DatabaseConfig, Roles, SignalConfig};
 use rotorbench::guard::{GuardConfig, SignalLimitsConfig as GuardSignal};
 use rotorbench::log::{LOG_SIGNALS, csv, export};
-use rotorbench::recording::{End, Record, Recorder, RecorderOptions, Recording};
+use rotorbench::recording::{End, RecordedItem, Recorder, RecorderOptions, Recording};
 use rotorbench::runtime::lockstep::{Lockstep, Slot};
 use rotorbench::runtime::replay::Replay;
 use rotorbench::runtime::{controller_plant, record};
@@ -125,7 +125,7 @@ fn each_channel_is_emulated_recorded_exported_and_read_back() {
     let mut read = Vec::new();
     let mut file = Recording::open(&recording).expect("a recording");
     for found in file.by_ref() {
-        if let Record::Sensors(sensors) = found.expect("readable") {
+        if let RecordedItem::Sensors(sensors) = found.expect("readable") {
             read.push(sensors);
         }
     }

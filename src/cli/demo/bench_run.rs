@@ -15,7 +15,7 @@ use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
 use crate::log::Dataset;
-use crate::recording::{Record, Recording};
+use crate::recording::{RecordedItem, Recording};
 use crate::report;
 use crate::rt::Shutdown;
 use crate::runtime::control::{self, ControlSummary};
@@ -144,8 +144,8 @@ fn steps_and_events(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEven
     let (mut steps, mut events) = (Vec::new(), Vec::new());
     for record in Recording::open(recording)? {
         match record? {
-            Record::ControlStep(step) => steps.push(step),
-            Record::GuardEvent(event) => events.push(event),
+            RecordedItem::ControlStep(step) => steps.push(step),
+            RecordedItem::GuardEvent(event) => events.push(event),
             _ => {}
         }
     }
