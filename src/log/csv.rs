@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::csv_blocks::{self, number};
-use super::csv_header::{Header, plain_body, without_mark};
+use super::csv_header::{CsvHeader, plain_body, without_mark};
 use super::csv_parts::{self, Parts};
 use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
@@ -143,12 +143,12 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         Some(columns) => columns,
         None => by_rows(reader, text, path, (&header, time_at))?,
     };
-    dataset(Header { names: header, time_at }, hash, columns, path)
+    dataset(CsvHeader { names: header, time_at }, hash, columns, path)
 }
 
 /// The log of these columns.
 fn dataset(
-    Header { names, time_at }: Header,
+    CsvHeader { names, time_at }: CsvHeader,
     hash: String,
     mut columns: Vec<Vec<f64>>,
     path: &Path,

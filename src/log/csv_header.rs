@@ -5,13 +5,13 @@ use crate::signal::columns;
 
 /// The names of the columns.
 #[derive(Debug, Clone)]
-pub(super) struct Header {
+pub(super) struct CsvHeader {
     pub names: Vec<String>,
     /// Which of them is time.
     pub time_at: usize,
 }
 
-impl Header {
+impl CsvHeader {
     /// The header of bytes that begin with a plain line, and where that ends.
     pub(super) fn of_plain(bytes: &[u8]) -> Option<(Self, usize)> {
         let text = without_mark(bytes);

@@ -8,7 +8,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::csv_blocks;
-use super::csv_header::Header;
+use super::csv_header::CsvHeader;
 use super::limits::LONGEST_FILE;
 use crate::threads::{both, limited, most};
 
@@ -19,7 +19,7 @@ const PART: usize = 16 << 20;
 
 /// What a file holds.
 pub(super) struct Parts {
-    pub header: Header,
+    pub header: CsvHeader,
     /// SHA-256 of all bytes.
     pub digest: Vec<u8>,
     pub columns: Vec<Vec<f64>>,
@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path) -> Option<Parts> {
 fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Option<Parts>> {
     let all = NonZeroUsize::new(most());
     let mut hash = Sha256::new();
-    let mut found: Option<(Header, Vec<Vec<f64>>)> = None;
+    let mut found: Option<(CsvHeader, Vec<Vec<f64>>)> = None;
     // Bytes of a line that goes on in the next part.
     let mut text: Vec<u8> = Vec::new();
     loop {
@@ -51,7 +51,7 @@ fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Op
             Some((header, _)) => (header.clone(), 0),
             // A header longer than a part is none.
             None if end == 0 => return Ok(None),
-            None => match Header::of_plain(&text[..end]) {
+            None => match CsvHeader::of_plain(&text[..end]) {
                 Some(header) => header,
                 None => return Ok(None),
             },

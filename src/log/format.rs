@@ -21,7 +21,7 @@ pub struct Start<'a> {
 
 /// What is wanted of a file.
 #[derive(Clone, Copy)]
-pub struct Request<'a> {
+pub struct ReadRequest<'a> {
     /// The file, for messages.
     pub path: &'a Path,
     /// Its content.
@@ -48,7 +48,7 @@ pub trait LogFormat: Sync {
     ///
     /// # Errors
     /// [`FormatError`] when nothing of it can be read, or it holds several logs and none was chosen.
-    fn read(&self, request: &Request) -> Result<Tables, FormatError>;
+    fn read(&self, request: &ReadRequest) -> Result<Tables, FormatError>;
 }
 
 /// Why a file of a known format cannot be read.

@@ -12,14 +12,14 @@ const PLACES: usize = 5;
 /// How often something happened, and the first lines where.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Places {
+pub struct Occurrences {
     /// How often.
     pub count: usize,
     /// The first lines of the file where it happened.
     pub first_lines: Vec<u64>,
 }
 
-impl Places {
+impl Occurrences {
     pub(crate) fn add(&mut self, line: u64) {
         self.count += 1;
         if self.first_lines.len() < PLACES {
@@ -41,25 +41,25 @@ pub struct Notes {
     /// The first of them, or its beginning.
     pub first_remark: Option<String>,
     /// Rows with fewer cells than the header.
-    pub short_rows: Places,
+    pub short_rows: Occurrences,
     /// Rows with more cells than the header; the surplus is not read.
-    pub long_rows: Places,
+    pub long_rows: Occurrences,
     /// Lines that say the header again, left out.
-    pub repeated_header: Places,
+    pub repeated_header: Occurrences,
     /// The last line has no end: its last cell may have been cut in writing, and is left out.
-    pub cut_cell: Places,
+    pub cut_cell: Occurrences,
     /// Rows left out because they have no time.
-    pub without_time: Places,
+    pub without_time: Occurrences,
     /// Rows with the time of the row before: they fill its empty cells.
-    pub repeated_time: Places,
+    pub repeated_time: Occurrences,
     /// Cells left out because the row of the same time has another value there.
-    pub conflicting_cells: Places,
+    pub conflicting_cells: Occurrences,
     /// Rows left out because their time lies before that of an earlier row.
-    pub backward_time: Places,
+    pub backward_time: Occurrences,
     /// Cells cut to the mapping's `clamp`, by signal.
-    pub clamped: BTreeMap<String, Places>,
+    pub clamped: BTreeMap<String, Occurrences>,
     /// Cells left out because they are outside the mapping's `valid`, by signal.
-    pub invalid: BTreeMap<String, Places>,
+    pub invalid: BTreeMap<String, Occurrences>,
     /// Signals of the mapping whose optional column is absent.
     pub absent: Vec<String>,
     /// Columns of the file that the mapping does not use.

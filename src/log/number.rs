@@ -2,7 +2,7 @@
 
 /// How a number is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum NumberStyle {
     I8,
     U8,
     I16,
@@ -16,7 +16,7 @@ pub(super) enum Number {
     F64,
 }
 
-impl Number {
+impl NumberStyle {
     /// Bytes it takes.
     pub(super) fn length(self) -> usize {
         match self {

@@ -8,7 +8,7 @@ use crate::estimation::quantile::median;
 
 /// A stretch: its rows, and the inputs over them, each held until its next value.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stretch {
+pub(crate) struct InputStretch {
     /// Rows of the log.
     pub rows: Range<usize>,
     /// Inputs in the order asked for, one value a row.
@@ -17,7 +17,7 @@ pub(crate) struct Stretch {
 
 /// Stretches of `log` where all `inputs` are known. A channel slower than the log is held between its
 /// samples; a channel that stops ends the stretch, because holding on would invent data.
-pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
+pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<InputStretch> {
     let time = log.time();
     let held: Vec<Vec<f64>> = inputs.iter().map(|values| hold(time, values)).collect();
     let mut rows = Vec::new();
@@ -35,10 +35,10 @@ pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
     }
     match &rows[..] {
         // Mostly all of the log: nothing to copy.
-        [all] if all.len() == time.len() => vec![Stretch { rows: all.clone(), inputs: held }],
+        [all] if all.len() == time.len() => vec![InputStretch { rows: all.clone(), inputs: held }],
         rows => {
             let cut = |rows: &Range<usize>| held.iter().map(|values| values[rows.clone()].to_vec()).collect();
-            rows.iter().map(|rows| Stretch { rows: rows.clone(), inputs: cut(rows) }).collect()
+            rows.iter().map(|rows| InputStretch { rows: rows.clone(), inputs: cut(rows) }).collect()
         }
     }
 }

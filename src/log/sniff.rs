@@ -18,7 +18,7 @@ pub struct SampledColumn {
 
 /// The layout of a text file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
+pub struct TextLayout {
     /// Character between cells.
     pub delimiter: char,
     /// Numbers are written 1,5.
@@ -35,7 +35,7 @@ pub struct Layout {
 
 /// Looks at the beginning of a text file; `None` where it is no table.
 #[must_use]
-pub fn layout(bytes: &[u8]) -> Option<Layout> {
+pub fn layout(bytes: &[u8]) -> Option<TextLayout> {
     let part = bytes.get(..THRESHOLDS.guess_bytes.min(bytes.len()))?;
     let encoding =
         if std::str::from_utf8(bytes).is_ok() { encoding_rs::UTF_8 } else { encoding_rs::WINDOWS_1252 };
@@ -67,7 +67,7 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
     if first.len() > MOST_COLUMNS {
         return None;
     }
-    Some(Layout {
+    Some(TextLayout {
         delimiter,
         decimal_comma,
         header,

@@ -2,7 +2,7 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::import_notes::Places;
+use crate::log::import_notes::Occurrences;
 use crate::log::signals::{log_signal, rotor_of};
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
@@ -140,7 +140,7 @@ fn of_rows(notes: &Notes) -> Vec<String> {
 }
 
 /// How often something was, and the first lines where; `None` where it was nowhere.
-fn at_lines(places: &Places, what: &str) -> Option<String> {
+fn at_lines(places: &Occurrences, what: &str) -> Option<String> {
     let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
     let more = if places.count > shown.len() { ", ..." } else { "" };
     let mark = if places.count == 1 { "line" } else { "lines" };

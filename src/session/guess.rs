@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::open::{addressed, beginning, is_ours};
 use super::{Job, SessionError};
-use crate::log::format::{FormatError, Request, Start};
+use crate::log::format::{FormatError, ReadRequest, Start};
 use crate::log::formats::FORMATS;
 use crate::log::guess::{GuessedColumn, guess, signals};
 use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
@@ -50,7 +50,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         let Some(format) = format else {
             return Ok(if unreadable::is_binary(&start) { None } else { of_text(&all) });
         };
-        let tables = format.read(&Request { path, bytes: &all, part: None, wants: &|_, _| true })?;
+        let tables = format.read(&ReadRequest { path, bytes: &all, part: None, wants: &|_, _| true })?;
         let columns = tables.tables.iter().flat_map(|table| &table.columns);
         if columns.clone().any(|column| column.name == columns::TIME) {
             return Ok(None);

@@ -11,7 +11,7 @@ use crate::bench::BenchConfig;
 use crate::can::protocol;
 use crate::identify;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::format::{FormatError, LogFormat, Request, START, Start};
+use crate::log::format::{FormatError, LogFormat, ReadRequest, START, Start};
 use crate::log::formats::{FORMATS, readable};
 use crate::log::signals::{of_rotor, rotor_of};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
@@ -257,7 +257,7 @@ fn tabular(
     };
     let bytes = limits::read(path).map_err(|source| FormatError::File { path: path.to_owned(), source })?;
     let wants = |table: &str, column: &str| mapping.as_ref().is_none_or(|it| it.wants(table, column));
-    let tables = format.read(&Request { path, bytes: &bytes, part: config.part, wants: &wants })?;
+    let tables = format.read(&ReadRequest { path, bytes: &bytes, part: config.part, wants: &wants })?;
     // Without any mapping the columns have our own names.
     let names = || tables.tables.iter().flat_map(|table| &table.columns).map(|column| column.name.as_str());
     let mapping = mapping.unwrap_or_else(|| Mapping::ours(names()));

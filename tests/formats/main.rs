@@ -11,7 +11,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use rotorbench::log::candump::CandumpFrame;
-use rotorbench::log::format::{FormatError, LogFormat, Request, Start};
+use rotorbench::log::format::{FormatError, LogFormat, ReadRequest, Start};
 use rotorbench::log::formats::FORMATS;
 use rotorbench::log::tables::Tables;
 use rotorbench::log::{asc, blf};
@@ -56,5 +56,5 @@ fn read(
     bytes: &[u8],
     part: Option<usize>,
 ) -> Result<Tables, FormatError> {
-    format.read(&Request { path, bytes, part, wants: &|_, _| true })
+    format.read(&ReadRequest { path, bytes, part, wants: &|_, _| true })
 }

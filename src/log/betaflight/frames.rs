@@ -1,7 +1,7 @@
 //! The frames of one flight, from its bytes: which are whole, which are to be believed, and what they hold.
 
 use super::bits::{BrokenOff, Cursor};
-use super::header::{FrameFields, Header, Predictor, read_group};
+use super::header::{FlightHeader, FrameFields, Predictor, read_group};
 use crate::cancel;
 use crate::log::thresholds::THRESHOLDS;
 
@@ -11,7 +11,7 @@ const LONGEST_FRAME: usize = 256;
 const LETTERS: &[u8] = b"IPGHSE";
 
 /// What is done with the frames.
-pub(super) trait Sink {
+pub(super) trait FrameSink {
     /// A main frame: its time since the first start of the clock, and its numbers.
     fn main(&mut self, microseconds: i64, numbers: &[i32]) -> Result<(), String>;
     /// A frame of what changes rarely.
@@ -38,8 +38,8 @@ impl Stamp {
 }
 
 /// Reads the frames of one flight.
-pub(super) struct Frames<'a> {
-    header: &'a Header,
+pub(super) struct FrameReader<'a> {
+    header: &'a FlightHeader,
     bytes: &'a [u8],
     /// The frame being read, the last good one and the one before it.
     current: Vec<i32>,
@@ -62,9 +62,9 @@ enum Event {
     Resume(Stamp),
 }
 
-impl<'a> Frames<'a> {
+impl<'a> FrameReader<'a> {
     /// `bytes` are those of the flight, its header included.
-    pub(super) fn new(header: &'a Header, bytes: &'a [u8]) -> Self {
+    pub(super) fn new(header: &'a FlightHeader, bytes: &'a [u8]) -> Self {
         let numbers = vec![0; header.intra.names.len()];
         Self {
             header,
@@ -81,7 +81,7 @@ impl<'a> Frames<'a> {
     }
 
     /// Reads all frames; the error says why it ends early.
-    pub(super) fn read(mut self, sink: &mut dyn Sink) -> Result<(), String> {
+    pub(super) fn read(mut self, sink: &mut dyn FrameSink) -> Result<(), String> {
         let mut at = self.header.length;
         let mut count = 0_u32;
         while let Some(letter) = self.bytes.get(at).copied() {
@@ -109,7 +109,7 @@ impl<'a> Frames<'a> {
         letter: u8,
         cursor: &mut Cursor,
         at: usize,
-        sink: &mut dyn Sink,
+        sink: &mut dyn FrameSink,
     ) -> Result<Option<Event>, String> {
         let event = match letter {
             b'E' => match self.event(cursor) {
@@ -216,7 +216,7 @@ impl<'a> Frames<'a> {
     }
 
     /// Believes a main frame or not, by its turn and time.
-    fn judge(&mut self, letter: u8, at: usize, sink: &mut dyn Sink) -> Result<(), String> {
+    fn judge(&mut self, letter: u8, at: usize, sink: &mut dyn FrameSink) -> Result<(), String> {
         let number = |place: usize| self.current.get(place).copied().unwrap_or(0).cast_unsigned();
         let stamp =
             Stamp { turn: self.header.iteration.map_or(0, number), microseconds: number(self.header.time) };
@@ -257,7 +257,7 @@ impl<'a> Frames<'a> {
     }
 
     /// Hands on a frame that is not of the main ones.
-    fn keep(&mut self, letter: u8, numbers: Vec<i32>, sink: &mut dyn Sink) -> Result<(), String> {
+    fn keep(&mut self, letter: u8, numbers: Vec<i32>, sink: &mut dyn FrameSink) -> Result<(), String> {
         match letter {
             b'H' => self.home = Some(numbers),
             b'S' => sink.slow(&numbers)?,

@@ -44,7 +44,7 @@ pub(super) enum Encoding {
 
 /// Fields that are packed together: `count` of them from `first`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Group {
+pub(super) struct FieldGroup {
     pub(super) encoding: Encoding,
     pub(super) first: usize,
     pub(super) count: usize,
@@ -55,7 +55,7 @@ pub(super) struct Group {
 pub(super) struct FrameFields {
     pub(super) names: Vec<String>,
     pub(super) predictors: Vec<Predictor>,
-    pub(super) groups: Vec<Group>,
+    pub(super) groups: Vec<FieldGroup>,
     /// Whether the number is below zero where its top bit is set.
     pub(super) signed: Vec<bool>,
     /// Fields whose predictor needs a number that the header does not give: what they hold is not known.
@@ -71,7 +71,7 @@ impl FrameFields {
 
 /// A header, read.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Header {
+pub(super) struct FlightHeader {
     lines: Vec<(String, String)>,
     /// Frames by themselves, and those that are differences to the one before.
     pub(super) intra: FrameFields,
@@ -89,7 +89,7 @@ pub(super) struct Header {
     interval: Interval,
 }
 
-impl Header {
+impl FlightHeader {
     /// Reads the header at the start of a flight's bytes; the error says what is wrong with it.
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, String> {
         let mut header = Self::default();
@@ -242,7 +242,12 @@ impl Header {
         Ok(())
     }
 
-    fn groups(&self, kind: char, codes: &[Option<u8>], fields: &FrameFields) -> Result<Vec<Group>, String> {
+    fn groups(
+        &self,
+        kind: char,
+        codes: &[Option<u8>],
+        fields: &FrameFields,
+    ) -> Result<Vec<FieldGroup>, String> {
         let first_version = self.number("Data version", 0).is_some_and(|version| version < 2.0);
         let mut groups = Vec::new();
         let mut first = 0;
@@ -274,7 +279,7 @@ impl Header {
                     "the encoding of `{name}` packs {count} fields (`Field {kind} encoding`)"
                 ));
             }
-            groups.push(Group { encoding, first, count });
+            groups.push(FieldGroup { encoding, first, count });
             first += count;
         }
         Ok(groups)
@@ -296,7 +301,11 @@ fn codes(text: &str) -> Vec<Option<u8>> {
 }
 
 /// Reads one group of fields.
-pub(super) fn read_group(group: &Group, cursor: &mut Cursor, values: &mut [i32; 8]) -> Result<(), BrokenOff> {
+pub(super) fn read_group(
+    group: &FieldGroup,
+    cursor: &mut Cursor,
+    values: &mut [i32; 8],
+) -> Result<(), BrokenOff> {
     match group.encoding {
         Encoding::Signed => values[0] = cursor.signed()?,
         Encoding::Unsigned => values[0] = cursor.unsigned()?.cast_signed(),
@@ -317,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_header_says_what_is_wrong_with_it() {
-        let error = |text: &str| Header::parse(text.as_bytes()).expect_err("a bad header");
+        let error = |text: &str| FlightHeader::parse(text.as_bytes()).expect_err("a bad header");
         assert_eq!(error("H Product:Blackbox\nI"), "the header names no fields (`Field I name`)");
         let fields = |name: &str, predictor: &str, encoding: &str| {
             format!("H Field I name:{name}\nH Field I predictor:{predictor}\nH Field I encoding:{encoding}\n")
@@ -344,7 +353,7 @@ mod tests {
     #[test]
     fn a_damaged_line_of_the_header_is_passed_over() {
         let text = "H Product:Blackbox\nX looptime:500\nH Field I name:time\nH Field I predictor:0\nH Field I encoding:1\nI\x05";
-        let header = Header::parse(text.as_bytes()).expect("good enough");
+        let header = FlightHeader::parse(text.as_bytes()).expect("good enough");
         assert_eq!(header.damaged_lines, [19]);
         assert_eq!(header.length, text.len() - 2);
     }

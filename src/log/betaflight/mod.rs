@@ -10,11 +10,11 @@ mod header;
 mod interval;
 mod scale;
 
-use super::format::{FormatError, LogFormat, Request, Start};
+use super::format::{FormatError, LogFormat, ReadRequest, Start};
 use super::tables::{Column, Table, Tables};
 use super::thresholds::THRESHOLDS;
-use frames::{Frames, Sink};
-use header::{FrameFields, Header, MARKER};
+use frames::{FrameReader, FrameSink};
+use header::{FlightHeader, FrameFields, MARKER};
 use scale::Scale;
 
 /// Lines of the header that a reader of the answer may need.
@@ -50,7 +50,7 @@ impl LogFormat for Betaflight {
         Some(include_str!("../mappings/betaflight.toml"))
     }
 
-    fn read(&self, request: &Request) -> Result<Tables, FormatError> {
+    fn read(&self, request: &ReadRequest) -> Result<Tables, FormatError> {
         let starts = flights(request.bytes);
         let count = starts.len();
         let damaged = |byte: usize, reason: String| FormatError::Damaged {
@@ -74,9 +74,9 @@ impl LogFormat for Betaflight {
         let start =
             start.ok_or_else(|| FormatError::Part { path: request.path.to_owned(), part, parts: count })?;
         let bytes = flight(request.bytes, &starts, part - 1);
-        let header = Header::parse(bytes).map_err(|reason| damaged(start, reason))?;
+        let header = FlightHeader::parse(bytes).map_err(|reason| damaged(start, reason))?;
         let mut reader = Reader::new(&header, start, bytes.len(), request.wants);
-        let read = Frames::new(&header, bytes).read(&mut reader);
+        let read = FrameReader::new(&header, bytes).read(&mut reader);
         read.map_err(|reason| damaged(start + header.length, reason))?;
         let mut tables = reader.tables();
         if tables.tables.first().is_none_or(|main| main.time.is_empty()) {
@@ -110,13 +110,13 @@ fn flight<'a>(bytes: &'a [u8], starts: &[usize], index: usize) -> &'a [u8] {
 }
 
 /// The one flight with frames: others are of motors that were armed and never ran. Else how long each is [s].
-fn only_flight(request: &Request, starts: &[usize]) -> Result<usize, Vec<f64>> {
+fn only_flight(request: &ReadRequest, starts: &[usize]) -> Result<usize, Vec<f64>> {
     let length = |index: usize| {
         let bytes = flight(request.bytes, starts, index);
         let mut span = Span::default();
-        if let Ok(header) = Header::parse(bytes) {
+        if let Ok(header) = FlightHeader::parse(bytes) {
             // A flight that ends early is as long as what can be read.
-            let _ = Frames::new(&header, bytes).read(&mut span);
+            let _ = FrameReader::new(&header, bytes).read(&mut span);
         }
         span.seconds()
     };
@@ -139,7 +139,7 @@ impl Span {
     }
 }
 
-impl Sink for Span {
+impl FrameSink for Span {
     fn main(&mut self, microseconds: i64, _: &[i32]) -> Result<(), String> {
         self.0 = Some((self.0.map_or(microseconds, |(first, _)| first), microseconds));
         Ok(())
@@ -209,7 +209,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(header: &Header, start: usize, length: usize, wants: &dyn Fn(&str, &str) -> bool) -> Self {
+    fn new(header: &FlightHeader, start: usize, length: usize, wants: &dyn Fn(&str, &str) -> bool) -> Self {
         let mut reader = Self {
             main: Filling::default(),
             slow: Filling::default(),
@@ -283,7 +283,7 @@ impl Reader {
     }
 }
 
-impl Sink for Reader {
+impl FrameSink for Reader {
     fn main(&mut self, microseconds: i64, numbers: &[i32]) -> Result<(), String> {
         self.main.push(seconds(microseconds), |place| numbers.get(place).copied());
         self.check_size()

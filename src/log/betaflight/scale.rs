@@ -1,6 +1,6 @@
 //! What the numbers of a blackbox log measure: units by the header and by the firmware that wrote it.
 
-use super::header::Header;
+use super::header::FlightHeader;
 use crate::log::thresholds::THRESHOLDS;
 
 /// `(number - zero) * factor / divisor` in `unit`.
@@ -28,7 +28,7 @@ impl Scale {
 }
 
 /// Name and version of the firmware, as in `Betaflight 4.5.1 (77d01ba3b) STM32H743`.
-fn firmware(header: &Header) -> (&str, f64) {
+fn firmware(header: &FlightHeader) -> (&str, f64) {
     let mut words = header.text("Firmware revision").unwrap_or_default().split_whitespace();
     let name = words.next().unwrap_or_default();
     let mut version = words.next().unwrap_or_default().split(['.', '-']);
@@ -38,7 +38,7 @@ fn firmware(header: &Header) -> (&str, f64) {
 }
 
 /// How a field of a main frame is scaled; `None` where that takes a line of the header that is not there.
-pub(super) fn of_field(header: &Header, name: &str) -> Option<Scale> {
+pub(super) fn of_field(header: &FlightHeader, name: &str) -> Option<Scale> {
     // With high resolution the rates and commands carry one more decimal.
     let fine = if header.number("blackbox_high_resolution", 0) == Some(1.0) { 10.0 } else { 1.0 };
     let (stem, index) = name.split_once('[').unwrap_or((name, ""));
@@ -70,13 +70,13 @@ pub(super) fn of_field(header: &Header, name: &str) -> Option<Scale> {
 
 /// The command to an ESC, 0 to 1: `DShot` throttle is 48 to 2047 and pulses are 1000 to 2000 µs. The lowest output that the
 /// header gives, idle, tells the two apart.
-fn motor(header: &Header) -> Option<Scale> {
+fn motor(header: &FlightHeader) -> Option<Scale> {
     let idle = header.number("motorOutput", 0).or_else(|| header.number("minthrottle", 0))?;
     let (zero, divisor) = if idle < THRESHOLDS.dshot_idle { (48.0, 1_999.0) } else { (1_000.0, 1_000.0) };
     Some(Scale { zero, factor: 1.0, divisor, unit: Some("-") })
 }
 
-fn battery_voltage(header: &Header) -> Option<Scale> {
+fn battery_voltage(header: &FlightHeader) -> Option<Scale> {
     let hundredths = Scale::of(1.0, 100.0, "V");
     let tenths = Scale::of(1.0, 10.0, "V");
     match firmware(header) {
@@ -95,7 +95,7 @@ fn battery_voltage(header: &Header) -> Option<Scale> {
     }
 }
 
-fn battery_current(header: &Header) -> Option<Scale> {
+fn battery_current(header: &FlightHeader) -> Option<Scale> {
     let hundredths = Scale::of(1.0, 100.0, "A");
     match firmware(header) {
         ("Betaflight", version) if version >= 3.001 => Some(hundredths),
@@ -118,9 +118,9 @@ fn battery_current(header: &Header) -> Option<Scale> {
 mod tests {
     use super::*;
 
-    fn header(lines: &str) -> Header {
+    fn header(lines: &str) -> FlightHeader {
         let fields = "H Field I name:time\nH Field I predictor:0\nH Field I encoding:1\n";
-        Header::parse(format!("H Product:Blackbox\n{lines}{fields}").as_bytes()).expect("good")
+        FlightHeader::parse(format!("H Product:Blackbox\n{lines}{fields}").as_bytes()).expect("good")
     }
 
     fn value(lines: &str, field: &str, number: f64) -> Option<(f64, Option<&'static str>)> {

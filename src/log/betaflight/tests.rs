@@ -76,7 +76,7 @@ impl Flight {
 }
 
 fn read(bytes: &[u8], part: Option<usize>) -> Result<Tables, FormatError> {
-    Betaflight.read(&Request { path: Path::new("LOG.BBL"), bytes, part, wants: &|_, _| true })
+    Betaflight.read(&ReadRequest { path: Path::new("LOG.BBL"), bytes, part, wants: &|_, _| true })
 }
 
 fn column<'a>(tables: &'a Tables, table: &str, name: &str) -> &'a [f64] {
@@ -250,7 +250,7 @@ fn only_what_is_wanted_is_kept() {
     let mut flight = Flight::new();
     flight.intra(0, 10, 0, 0, [158, 158], 0).bytes(b"S\x01\x02").intra(32, 20, 0, 0, [158, 158], 0);
     let wants = |table: &str, name: &str| table.is_empty() && name == "motor[1]";
-    let request = Request { path: Path::new("LOG.BBL"), bytes: &flight.0, part: None, wants: &wants };
+    let request = ReadRequest { path: Path::new("LOG.BBL"), bytes: &flight.0, part: None, wants: &wants };
     let tables = Betaflight.read(&request).expect("a log").tables;
     assert_eq!(tables.len(), 1);
     assert_eq!(tables[0].columns.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["motor[1]"]);

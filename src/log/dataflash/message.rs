@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::log::number::Number;
+use crate::log::number::NumberStyle;
 
 /// Begins each message, before the byte of its type.
 pub(super) const HEAD: [u8; 2] = [0xa3, 0x95];
@@ -14,34 +14,34 @@ const FORMAT_LENGTH: usize = 89;
 
 /// How a field is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Number(Number),
+pub(super) enum FieldKind {
+    Number(NumberStyle),
     /// 32 numbers of 16 bits.
     Samples,
     /// So many letters.
     Text(usize),
 }
 
-impl Kind {
+impl FieldKind {
     /// By the letter of the format; with what the letter itself divides the number by.
     fn parse(letter: u8) -> Option<(Self, f64)> {
         Some(match letter {
-            b'b' => (Self::Number(Number::I8), 1.0),
-            b'B' | b'M' => (Self::Number(Number::U8), 1.0),
-            b'h' => (Self::Number(Number::I16), 1.0),
-            b'H' => (Self::Number(Number::U16), 1.0),
-            b'i' => (Self::Number(Number::I32), 1.0),
-            b'I' => (Self::Number(Number::U32), 1.0),
-            b'q' => (Self::Number(Number::I64), 1.0),
-            b'Q' => (Self::Number(Number::U64), 1.0),
-            b'g' => (Self::Number(Number::F16), 1.0),
-            b'f' => (Self::Number(Number::F32), 1.0),
-            b'd' => (Self::Number(Number::F64), 1.0),
-            b'c' => (Self::Number(Number::I16), 100.0),
-            b'C' => (Self::Number(Number::U16), 100.0),
-            b'e' => (Self::Number(Number::I32), 100.0),
-            b'E' => (Self::Number(Number::U32), 100.0),
-            b'L' => (Self::Number(Number::I32), 1e7),
+            b'b' => (Self::Number(NumberStyle::I8), 1.0),
+            b'B' | b'M' => (Self::Number(NumberStyle::U8), 1.0),
+            b'h' => (Self::Number(NumberStyle::I16), 1.0),
+            b'H' => (Self::Number(NumberStyle::U16), 1.0),
+            b'i' => (Self::Number(NumberStyle::I32), 1.0),
+            b'I' => (Self::Number(NumberStyle::U32), 1.0),
+            b'q' => (Self::Number(NumberStyle::I64), 1.0),
+            b'Q' => (Self::Number(NumberStyle::U64), 1.0),
+            b'g' => (Self::Number(NumberStyle::F16), 1.0),
+            b'f' => (Self::Number(NumberStyle::F32), 1.0),
+            b'd' => (Self::Number(NumberStyle::F64), 1.0),
+            b'c' => (Self::Number(NumberStyle::I16), 100.0),
+            b'C' => (Self::Number(NumberStyle::U16), 100.0),
+            b'e' => (Self::Number(NumberStyle::I32), 100.0),
+            b'E' => (Self::Number(NumberStyle::U32), 100.0),
+            b'L' => (Self::Number(NumberStyle::I32), 1e7),
             b'a' => (Self::Samples, 1.0),
             b'n' => (Self::Text(4), 1.0),
             b'N' => (Self::Text(16), 1.0),
@@ -63,7 +63,7 @@ impl Kind {
     pub(super) fn number(self, bytes: &[u8], index: usize) -> Option<f64> {
         match self {
             Self::Number(number) => number.value(bytes),
-            Self::Samples => Number::I16.value(bytes.get(2 * index..)?),
+            Self::Samples => NumberStyle::I16.value(bytes.get(2 * index..)?),
             Self::Text(_) => None,
         }
     }
@@ -71,9 +71,9 @@ impl Kind {
 
 /// A field of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Field {
+pub(super) struct MessageField {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: FieldKind,
     /// Bytes from the first field's.
     pub(super) at: usize,
     /// What its letter divides the number by.
@@ -86,7 +86,7 @@ pub(super) struct Format {
     pub(super) name: String,
     /// Bytes, the head included.
     pub(super) length: usize,
-    pub(super) fields: Vec<Field>,
+    pub(super) fields: Vec<MessageField>,
     /// Letters of its units and multipliers, one for each field.
     units: Vec<u8>,
     multipliers: Vec<u8>,
@@ -103,10 +103,10 @@ impl Format {
         let (mut fields, mut at) = (Vec::new(), 0);
         let mut names = names.split(',');
         for letter in letters.bytes() {
-            let (kind, divisor) = Kind::parse(letter)?;
+            let (kind, divisor) = FieldKind::parse(letter)?;
             // What has no name cannot be asked for.
             if let Some(name) = names.next().filter(|name| plain(name)) {
-                fields.push(Field { name: name.to_owned(), kind, at, divisor });
+                fields.push(MessageField { name: name.to_owned(), kind, at, divisor });
             }
             at += kind.length();
         }
@@ -123,14 +123,14 @@ impl Format {
     }
 
     /// The field of that name, and its number in a message's bytes behind the head.
-    fn named<'a>(&self, name: &str, body: &'a [u8]) -> Option<(Kind, &'a [u8])> {
+    fn named<'a>(&self, name: &str, body: &'a [u8]) -> Option<(FieldKind, &'a [u8])> {
         let field = self.fields.iter().find(|it| it.name == name)?;
         Some((field.kind, body.get(field.at..field.at + field.kind.length())?))
     }
 
     fn text_of(&self, name: &str, body: &[u8]) -> Option<String> {
         let (kind, bytes) = self.named(name, body)?;
-        matches!(kind, Kind::Text(_)).then(|| text(bytes))
+        matches!(kind, FieldKind::Text(_)).then(|| text(bytes))
     }
 
     fn number_of(&self, name: &str, body: &[u8]) -> Option<f64> {
@@ -141,7 +141,10 @@ impl Format {
     /// Which field tells apart the messages of several sensors of a kind, where it is a byte.
     pub(super) fn instance(&self) -> Option<usize> {
         let place = self.units.iter().position(|unit| *unit == b'#')?;
-        self.fields.get(place).filter(|field| field.kind == Kind::Number(Number::U8)).map(|field| field.at)
+        self.fields
+            .get(place)
+            .filter(|field| field.kind == FieldKind::Number(NumberStyle::U8))
+            .map(|field| field.at)
     }
 }
 
@@ -189,7 +192,9 @@ impl Contents {
         }
         let Some(format) = self.formats.get(&kind) else { return true };
         let letter = |name: &str| match format.named(name, body) {
-            Some((Kind::Number(Number::U8) | Kind::Number(Number::I8), [letter])) => Some(*letter),
+            Some((FieldKind::Number(NumberStyle::U8) | FieldKind::Number(NumberStyle::I8), [letter])) => {
+                Some(*letter)
+            }
             _ => None,
         };
         match format.name.as_str() {
@@ -274,7 +279,9 @@ mod tests {
 
     #[test]
     fn numbers_of_16_bits() {
-        let number = |bits: u16| Kind::Number(Number::F16).number(&bits.to_le_bytes(), 0).expect("two bytes");
+        let number = |bits: u16| {
+            FieldKind::Number(NumberStyle::F16).number(&bits.to_le_bytes(), 0).expect("two bytes")
+        };
         for (bits, value) in [
             (0x3c00, 1.0),
             (0xc000, -2.0),

@@ -12,10 +12,10 @@ mod motors;
 
 use std::collections::HashMap;
 
-use super::format::{FormatError, LogFormat, Request, Start};
+use super::format::{FormatError, LogFormat, ReadRequest, Start};
 use super::tables::{Column, Table, Tables};
 use crate::cancel;
-use message::{Contents, FORMAT, Format, HEAD, HEAD_LENGTH, Kind};
+use message::{Contents, FORMAT, FieldKind, Format, HEAD, HEAD_LENGTH};
 use motors::Motors;
 
 /// The format.
@@ -44,7 +44,7 @@ impl LogFormat for DataFlash {
         Some(include_str!("../mappings/dataflash.toml"))
     }
 
-    fn read(&self, request: &Request) -> Result<Tables, FormatError> {
+    fn read(&self, request: &ReadRequest) -> Result<Tables, FormatError> {
         if let Some(part) = request.part.filter(|part| *part != 1) {
             return Err(FormatError::Part { path: request.path.to_owned(), part, parts: 1 });
         }
@@ -144,7 +144,7 @@ fn each_message(bytes: &[u8], mut visit: impl FnMut(Piece, usize) -> Option<usiz
 
 /// Where a column's numbers come from.
 struct Source {
-    kind: Kind,
+    kind: FieldKind,
     /// Bytes from the first field's.
     at: usize,
     /// Which of several samples.
@@ -159,7 +159,7 @@ struct Target {
     /// Which of the tables.
     table: usize,
     /// Where time is, and what its number is divided by to be in seconds.
-    time: (Kind, usize, f64),
+    time: (FieldKind, usize, f64),
     sources: Vec<Source>,
 }
 
@@ -194,7 +194,7 @@ impl<'a> Filling<'a> {
             let targets = self.begin(format, instance);
             self.targets.insert(key, targets);
         }
-        let number = |kind: Kind, at: usize, index: usize| {
+        let number = |kind: FieldKind, at: usize, index: usize| {
             body.get(at..).and_then(|bytes| kind.number(bytes, index)).unwrap_or(f64::NAN)
         };
         for target in self.targets.get(&key).into_iter().flatten() {
@@ -243,7 +243,7 @@ impl<'a> Filling<'a> {
             match field.name.as_str() {
                 "TimeUS" => time = Some((field.kind, at, 1e6)),
                 "TimeMS" => time = time.or(Some((field.kind, at, 1e3))),
-                own if matches!(field.kind, Kind::Samples) => {
+                own if matches!(field.kind, FieldKind::Samples) => {
                     for index in 0..field.kind.length() / 2 {
                         let own = format!("{own}[{index}]");
                         if (self.wants)(name, &own) {
@@ -251,7 +251,7 @@ impl<'a> Filling<'a> {
                         }
                     }
                 }
-                own if !matches!(field.kind, Kind::Text(_)) && (self.wants)(name, own) => {
+                own if !matches!(field.kind, FieldKind::Text(_)) && (self.wants)(name, own) => {
                     let source = Source { kind: field.kind, at, index: 0, divisor, command: false };
                     add(own.to_owned(), unit, source);
                 }

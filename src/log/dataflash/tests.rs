@@ -82,7 +82,7 @@ impl Log {
 
     fn read(&self) -> Result<Tables, FormatError> {
         let wants = |_: &str, _: &str| true;
-        DataFlash.read(&Request {
+        DataFlash.read(&ReadRequest {
             path: Path::new("00000001.BIN"),
             bytes: &self.0,
             part: None,
@@ -177,7 +177,7 @@ fn a_message_without_time_and_a_log_without_messages() {
     log.describe(9, 8, "OLD", "fB", "X,Y");
     let tables = log.message(9, &[&1_f32.to_le_bytes(), &[1]]).read().expect("units have a time");
     assert_eq!((tables.skipped[0].code, tables.skipped[0].subject.as_str()), ("no_time", "OLD"));
-    let request = Request { path: Path::new("1.BIN"), bytes: &log.0, part: Some(2), wants: &|_, _| true };
+    let request = ReadRequest { path: Path::new("1.BIN"), bytes: &log.0, part: Some(2), wants: &|_, _| true };
     let error = DataFlash.read(&request).expect_err("one log only").to_string();
     assert_eq!(error, "1.BIN: there is no part 2; the file holds 1");
 }
@@ -187,7 +187,7 @@ fn only_what_is_wanted_is_kept() {
     let mut log = Log::of_escs();
     log.esc(1_000_000, 0, 1.0, 0, 0);
     let wants = |table: &str, name: &str| table == "motor[1]" && name == "RPM";
-    let request = Request { path: Path::new("1.BIN"), bytes: &log.0, part: Some(1), wants: &wants };
+    let request = ReadRequest { path: Path::new("1.BIN"), bytes: &log.0, part: Some(1), wants: &wants };
     let tables = DataFlash.read(&request).expect("a log").tables;
     assert_eq!((tables.len(), tables[0].columns.len()), (1, 1));
 }

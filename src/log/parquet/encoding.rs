@@ -1,6 +1,6 @@
 //! The encodings of values within a page. Each reads as many values as asked for, or says that the bytes are damaged (`None`).
 
-use super::number::{Number, Physical};
+use super::number::{NumberConversion, Physical};
 use super::thrift::{unzigzag, varint};
 use crate::log::bytes::Bytes;
 
@@ -8,7 +8,12 @@ use crate::log::bytes::Bytes;
 const LONGEST_MINIBLOCK: u64 = 1 << 16;
 
 /// Values one behind the other.
-pub(super) fn plain(bytes: &[u8], number: &Number, count: usize, values: &mut Vec<f64>) -> Option<()> {
+pub(super) fn plain(
+    bytes: &[u8],
+    number: &NumberConversion,
+    count: usize,
+    values: &mut Vec<f64>,
+) -> Option<()> {
     if number.physical == Physical::Truth {
         return truths(bytes, count, values);
     }
@@ -87,7 +92,12 @@ pub(super) fn truths_in_runs(bytes: &[u8], count: usize, values: &mut Vec<f64>) 
 }
 
 /// Integers as differences, in blocks.
-pub(super) fn differences(bytes: &[u8], number: &Number, count: usize, values: &mut Vec<f64>) -> Option<()> {
+pub(super) fn differences(
+    bytes: &[u8],
+    number: &NumberConversion,
+    count: usize,
+    values: &mut Vec<f64>,
+) -> Option<()> {
     let mut bytes = Bytes::new(bytes);
     let (block, miniblocks, total) = (varint(&mut bytes)?, varint(&mut bytes)?, varint(&mut bytes)?);
     let mut last = unzigzag(varint(&mut bytes)?);
@@ -126,7 +136,7 @@ pub(super) fn differences(bytes: &[u8], number: &Number, count: usize, values: &
 /// First the first bytes of all values, then the second ones.
 pub(super) fn split_streams(
     bytes: &[u8],
-    number: &Number,
+    number: &NumberConversion,
     count: usize,
     values: &mut Vec<f64>,
 ) -> Option<()> {

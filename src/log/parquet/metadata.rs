@@ -1,6 +1,6 @@
 //! What the end of a file says of its columns and of where they lie.
 
-use super::number::{Number, Physical};
+use super::number::{NumberConversion, Physical};
 use super::thrift::Thrift;
 
 /// Columns of a file, the groups around them among them.
@@ -12,7 +12,7 @@ pub(super) struct Leaf {
     /// Name, with those of the groups around it: `motor.rate`.
     pub(super) name: String,
     /// How its values become numbers; `None` where they are none.
-    pub(super) number: Option<Number>,
+    pub(super) number: Option<NumberConversion>,
     /// The level at which a value is there.
     pub(super) defined: u32,
     /// Whether a row may have several.
@@ -29,7 +29,7 @@ pub(super) struct Chunk {
 
 /// A group of rows.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Group {
+pub(super) struct RowGroup {
     pub(super) rows: usize,
     /// One for each leaf.
     pub(super) chunks: Vec<Chunk>,
@@ -39,7 +39,7 @@ pub(super) struct Group {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Metadata {
     pub(super) leaves: Vec<Leaf>,
-    pub(super) groups: Vec<Group>,
+    pub(super) groups: Vec<RowGroup>,
     /// Which program wrote it.
     pub(super) created_by: String,
 }
@@ -155,7 +155,7 @@ fn logical(thrift: &mut Thrift) -> Option<Logical> {
 }
 
 impl Element {
-    fn number(&self) -> Option<Number> {
+    fn number(&self) -> Option<NumberConversion> {
         let mut logical = self.logical;
         match self.converted {
             Some(5) => logical.is_decimal = true,
@@ -168,12 +168,12 @@ impl Element {
         let scale = if logical.is_decimal { self.scale } else { 0 };
         match physical {
             Physical::Text => return None,
-            Physical::Bytes if logical.is_half && length == 2 => return Some(Number::half()),
+            Physical::Bytes if logical.is_half && length == 2 => return Some(NumberConversion::half()),
             Physical::Bytes if logical.is_decimal && (1..=16).contains(&length) => {}
             Physical::Bytes => return None,
             _ => {}
         }
-        Some(Number {
+        Some(NumberConversion {
             physical,
             length,
             scale,
@@ -213,8 +213,8 @@ fn leaves(elements: &[Element]) -> Option<Vec<Leaf>> {
     Some(leaves)
 }
 
-fn group(thrift: &mut Thrift) -> Option<Group> {
-    let mut group = Group::default();
+fn group(thrift: &mut Thrift) -> Option<RowGroup> {
+    let mut group = RowGroup::default();
     thrift.fields(|thrift, field| {
         match field.number {
             1 => thrift.list(|thrift| {

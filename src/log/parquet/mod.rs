@@ -12,12 +12,12 @@ mod pages;
 mod tests;
 mod thrift;
 
-use super::format::{FormatError, LogFormat, Request, Start};
+use super::format::{FormatError, LogFormat, ReadRequest, Start};
 use super::limits::MOST_COLUMNS;
 use super::tables::{Column, Table, Tables};
 use crate::signal::columns;
 use metadata::{Leaf, Metadata};
-use number::Number;
+use number::NumberConversion;
 
 /// Apache Parquet.
 pub struct Parquet;
@@ -44,7 +44,7 @@ impl LogFormat for Parquet {
         None
     }
 
-    fn read(&self, request: &Request) -> Result<Tables, FormatError> {
+    fn read(&self, request: &ReadRequest) -> Result<Tables, FormatError> {
         let unusable = |reason: String| FormatError::Unusable { path: request.path.to_owned(), reason };
         if request.bytes.starts_with(b"PARE") || request.bytes.ends_with(b"PARE") {
             return Err(unusable("is encrypted; write it without".to_owned()));
@@ -94,7 +94,7 @@ fn about(metadata: &Metadata) -> Vec<(String, String)> {
 struct Chosen<'a> {
     place: usize,
     leaf: &'a Leaf,
-    number: Number,
+    number: NumberConversion,
 }
 
 /// The columns that are wanted, and the time; what cannot be read is counted.

@@ -29,7 +29,7 @@ const JULIAN_DAY_OF_1970: i64 = 2_440_588;
 
 /// How the values of a column become numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Number {
+pub(super) struct NumberConversion {
     pub(super) physical: Physical,
     /// Bytes of a value of [`Physical::Bytes`].
     pub(super) length: usize,
@@ -41,7 +41,7 @@ pub(super) struct Number {
     pub(super) is_half: bool,
 }
 
-impl Number {
+impl NumberConversion {
     /// A float of 16 bits.
     pub(super) fn half() -> Self {
         Self {

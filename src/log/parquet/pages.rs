@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::compression::expand;
 use super::encoding::{by_dictionary, differences, hybrid, plain, split_streams, truths_in_runs};
 use super::metadata::{Chunk, Leaf};
-use super::number::{Number, Physical};
+use super::number::{NumberConversion, Physical};
 use super::thrift::Thrift;
 use crate::cancel;
 use crate::log::bytes::Bytes;
@@ -44,7 +44,7 @@ pub(super) fn read(
     bytes: &[u8],
     chunk: &Chunk,
     leaf: &Leaf,
-    number: &Number,
+    number: &NumberConversion,
     rows: usize,
 ) -> Option<Vec<f64>> {
     let mut bytes = Bytes::new(bytes.get(chunk.start..chunk.start.checked_add(chunk.length)?)?);
@@ -121,7 +121,7 @@ fn data(
     header: &PageHeader,
     codec: i64,
     leaf: &Leaf,
-    number: &Number,
+    number: &NumberConversion,
     dictionary: &[f64],
     values: &mut Vec<f64>,
 ) -> Option<()> {
@@ -176,7 +176,7 @@ fn expanded<'a>(page: &'a [u8], header: &PageHeader, codec: i64, has_levels: boo
 fn encoded(
     bytes: &[u8],
     encoding: i64,
-    number: &Number,
+    number: &NumberConversion,
     count: usize,
     dictionary: &[f64],
     values: &mut Vec<f64>,

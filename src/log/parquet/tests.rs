@@ -120,7 +120,7 @@ fn columns() -> Vec<Col> {
 }
 
 fn read(bytes: &[u8]) -> Result<Tables, FormatError> {
-    Parquet.read(&Request { path: Path::new("a.parquet"), bytes, part: None, wants: &|_, _| true })
+    Parquet.read(&ReadRequest { path: Path::new("a.parquet"), bytes, part: None, wants: &|_, _| true })
 }
 
 fn codes(tables: &Tables) -> Vec<(&str, &str)> {
@@ -146,7 +146,7 @@ fn only_what_is_wanted_is_read() {
     columns[1].pages = vec![0xff; 9];
     let wants = |_: &str, column: &str| column == "time_s";
     let request =
-        Request { path: Path::new("a.parquet"), bytes: &file(&columns, 4), part: None, wants: &wants };
+        ReadRequest { path: Path::new("a.parquet"), bytes: &file(&columns, 4), part: None, wants: &wants };
     let tables = Parquet.read(&request).expect("a good column");
     assert_eq!((tables.tables[0].columns.len(), tables.skipped.len()), (1, 0));
 }
@@ -181,8 +181,8 @@ fn what_cannot_be_read_says_why() {
     assert!(error(b"PARE").contains("encrypted"));
 }
 
-fn number(physical: Physical) -> Number {
-    Number { physical, length: 0, scale: 0, per_second: None, is_unsigned: false, is_half: false }
+fn number(physical: Physical) -> NumberConversion {
+    NumberConversion { physical, length: 0, scale: 0, per_second: None, is_unsigned: false, is_half: false }
 }
 
 /// The examples of the format's own description.
@@ -213,15 +213,15 @@ fn encodings_read_as_the_format_describes_them() {
 
 #[test]
 fn values_become_numbers() {
-    let half = Number::half();
+    let half = NumberConversion::half();
     let halves = [0x3c00_u16, 0xc000, 0x7bff, 0x0001, 0xfc00];
     let expected = [1.0, -2.0, 65504.0, 2_f64.powi(-24), f64::NEG_INFINITY];
     assert_eq!(halves.map(|bits| half.value(&bits.to_le_bytes())), expected);
-    let decimal = Number { length: 3, scale: 2, ..number(Physical::Bytes) };
+    let decimal = NumberConversion { length: 3, scale: 2, ..number(Physical::Bytes) };
     assert_eq!(decimal.value(&[0xff, 0xff, 0x85]), -1.23);
-    let stamp = Number { per_second: Some(1_000_000_000), ..number(Physical::I64) };
+    let stamp = NumberConversion { per_second: Some(1_000_000_000), ..number(Physical::I64) };
     assert_eq!(stamp.value(&1_700_000_000_250_000_000_i64.to_le_bytes()), 1_700_000_000.25);
-    let unsigned = Number { is_unsigned: true, ..number(Physical::I32) };
+    let unsigned = NumberConversion { is_unsigned: true, ..number(Physical::I32) };
     assert_eq!(unsigned.value(&(-1_i32).to_le_bytes()), 4_294_967_295.0);
 }
 

@@ -18,12 +18,12 @@ const UUID: u8 = 13;
 
 /// A field of a structure: its number, and the kind of value that comes next.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Field {
+pub(super) struct ThriftField {
     pub(super) number: i16,
     kind: u8,
 }
 
-impl Field {
+impl ThriftField {
     /// A truth value lies in the field's kind.
     pub(super) fn truth(self) -> Option<bool> {
         [(TRUE, true), (FALSE, false)]
@@ -46,7 +46,10 @@ impl<'a> Thrift<'a> {
     }
 
     /// Reads a structure: `each` takes the value of a field it knows, and says whether it did.
-    pub(super) fn fields(&mut self, mut each: impl FnMut(&mut Self, Field) -> Option<bool>) -> Option<()> {
+    pub(super) fn fields(
+        &mut self,
+        mut each: impl FnMut(&mut Self, ThriftField) -> Option<bool>,
+    ) -> Option<()> {
         self.depth += 1;
         let mut number = 0_i16;
         while self.depth < DEEPEST {
@@ -60,7 +63,7 @@ impl<'a> Thrift<'a> {
                 0 => i16::try_from(self.integer()?).ok()?,
                 step => number.checked_add(i16::from(step))?,
             };
-            let field = Field { number, kind };
+            let field = ThriftField { number, kind };
             if !each(self, field)? {
                 self.pass(kind)?;
             }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::layout::{Field, Kind};
-use super::messages::Topic;
+use super::layout::{RowField, ValueKind};
+use super::messages::LoggedTopic;
 use crate::cancel;
-use crate::log::number::Number;
+use crate::log::number::NumberStyle;
 use crate::log::tables::{Column, Table, Tables};
 
 /// Whether a column is wanted, by the names of its table and its own.
@@ -15,7 +15,7 @@ type Wants<'a> = &'a dyn Fn(&str, &str) -> bool;
 const MOTOR_FUNCTIONS: std::ops::RangeInclusive<u32> = 101..=112;
 
 /// Adds the tables of a topic: one of its own fields, and one for each nested message that has a stamp of its own.
-pub(super) fn add(bytes: &[u8], topic: &Topic, wants: Wants, tables: &mut Tables) {
+pub(super) fn add(bytes: &[u8], topic: &LoggedTopic, wants: Wants, tables: &mut Tables) {
     cancel::check();
     let name = match topic.instance {
         0 => topic.name.clone(),
@@ -29,7 +29,7 @@ pub(super) fn add(bytes: &[u8], topic: &Topic, wants: Wants, tables: &mut Tables
     };
     let time = rows.seconds(clock);
     let parts = parts(topic);
-    let is_own = |field: &&Field| !parts.iter().any(|part| part.field(field).is_some());
+    let is_own = |field: &&RowField| !parts.iter().any(|part| part.field(field).is_some());
     let fields = topic.layout.fields.iter().filter(is_own).map(|field| (field.name.as_str(), field));
     let mut table = rows.table(&name, &time, fields, wants);
     if topic.name == "vehicle_attitude" {
@@ -57,12 +57,12 @@ pub(super) fn add(bytes: &[u8], topic: &Topic, wants: Wants, tables: &mut Tables
 /// A nested message with a stamp of its own, as `esc[0]` of `esc_status`.
 struct Part<'a> {
     name: &'a str,
-    clock: &'a Field,
+    clock: &'a RowField,
 }
 
 impl Part<'_> {
     /// The name of a field in here.
-    fn field<'b>(&self, field: &'b Field) -> Option<&'b str> {
+    fn field<'b>(&self, field: &'b RowField) -> Option<&'b str> {
         field.name.strip_prefix(self.name)?.strip_prefix('.')
     }
 
@@ -72,15 +72,15 @@ impl Part<'_> {
     }
 }
 
-fn parts(topic: &Topic) -> Vec<Part<'_>> {
-    let clocks = topic.layout.fields.iter().filter(|field| field.kind == Kind::Number(Number::U64));
+fn parts(topic: &LoggedTopic) -> Vec<Part<'_>> {
+    let clocks = topic.layout.fields.iter().filter(|field| field.kind == ValueKind::Number(NumberStyle::U64));
     let named = clocks.filter_map(|clock| Some((clock.name.strip_suffix(".timestamp")?, clock)));
     let outermost = named.filter(|(name, _)| !name.contains('.'));
     outermost.map(|(name, clock)| Part { name, clock }).collect()
 }
 
 /// What the parts of `esc_status` are called: by the motor that the ESC drives, where any of them says that; else by its place.
-fn motors(topic: &Topic, parts: &[Part], rows: &Rows) -> Vec<Option<String>> {
+fn motors(topic: &LoggedTopic, parts: &[Part], rows: &Rows) -> Vec<Option<String>> {
     if topic.name != "esc_status" {
         return parts.iter().map(|_| None).collect();
     }
@@ -111,24 +111,24 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn values<'b>(&'b self, field: &'b Field) -> impl Iterator<Item = f64> + use<'a, 'b> {
+    fn values<'b>(&'b self, field: &'b RowField) -> impl Iterator<Item = f64> + use<'a, 'b> {
         let at = |start: &usize| self.bytes.get(start + field.offset..).unwrap_or_default();
         self.starts.iter().map(move |start| field.kind.value(at(start)))
     }
 
-    fn column(&self, field: &Field) -> Vec<f64> {
+    fn column(&self, field: &RowField) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.starts.len());
         values.extend(self.values(field));
         values
     }
 
     /// [s] The stamps in `clock`, which are in microseconds.
-    fn seconds(&self, clock: &Field) -> Vec<f64> {
+    fn seconds(&self, clock: &RowField) -> Vec<f64> {
         self.values(clock).map(|stamp| stamp / 1e6).collect()
     }
 
     /// The rows whose own stamp is new.
-    fn stamped(&self, clock: &Field) -> Self {
+    fn stamped(&self, clock: &RowField) -> Self {
         let mut last = 0.0;
         let starts = self.starts.iter().zip(self.values(clock)).filter(|(_, stamp)| {
             let is_new = *stamp != last && *stamp != 0.0;
@@ -138,7 +138,7 @@ impl<'a> Rows<'a> {
         Self { bytes: self.bytes, starts: starts.map(|(start, _)| *start).collect() }
     }
 
-    fn are_zero<'b>(&self, mut fields: impl Iterator<Item = (&'b str, &'b Field)>) -> bool {
+    fn are_zero<'b>(&self, mut fields: impl Iterator<Item = (&'b str, &'b RowField)>) -> bool {
         fields.all(|(_, field)| self.values(field).all(|value| value == 0.0))
     }
 
@@ -146,11 +146,11 @@ impl<'a> Rows<'a> {
         &self,
         name: &str,
         time: &[f64],
-        fields: impl Iterator<Item = (&'b str, &'b Field)>,
+        fields: impl Iterator<Item = (&'b str, &'b RowField)>,
         wants: Wants,
     ) -> Table {
         let fields = fields.filter(|(column, _)| *column != "timestamp" && wants(name, column));
-        let column = |(column, field): (&str, &Field)| {
+        let column = |(column, field): (&str, &RowField)| {
             cancel::check();
             Column { name: column.to_owned(), unit: None, values: self.column(field) }
         };
@@ -162,7 +162,7 @@ impl<'a> Rows<'a> {
 }
 
 /// Roll, pitch and yaw of the attitude's quaternion: PX4 logs no angles.
-fn angles(fields: &[Field], rows: &Rows, wanted: impl Fn(&str) -> bool) -> Vec<Column> {
+fn angles(fields: &[RowField], rows: &Rows, wanted: impl Fn(&str) -> bool) -> Vec<Column> {
     let names = ["roll", "pitch", "yaw"];
     if !names.iter().any(|name| wanted(name)) {
         return Vec::new();

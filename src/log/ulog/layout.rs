@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::log::number::Number;
+use crate::log::number::NumberStyle;
 
 /// Deeper nests no real log; a definition that holds itself would never end.
 const DEEPEST: usize = 8;
@@ -12,25 +12,25 @@ const MOST_FIELDS: usize = 10_000;
 
 /// A value as the log holds it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Number(Number),
+pub(super) enum ValueKind {
+    Number(NumberStyle),
     /// A letter of a text: takes a byte, is no number.
     Letter,
 }
 
-impl Kind {
+impl ValueKind {
     fn parse(name: &str) -> Option<Self> {
         Some(match name {
-            "int8_t" => Self::Number(Number::I8),
-            "uint8_t" | "bool" => Self::Number(Number::U8),
-            "int16_t" => Self::Number(Number::I16),
-            "uint16_t" => Self::Number(Number::U16),
-            "int32_t" => Self::Number(Number::I32),
-            "uint32_t" => Self::Number(Number::U32),
-            "int64_t" => Self::Number(Number::I64),
-            "uint64_t" => Self::Number(Number::U64),
-            "float" => Self::Number(Number::F32),
-            "double" => Self::Number(Number::F64),
+            "int8_t" => Self::Number(NumberStyle::I8),
+            "uint8_t" | "bool" => Self::Number(NumberStyle::U8),
+            "int16_t" => Self::Number(NumberStyle::I16),
+            "uint16_t" => Self::Number(NumberStyle::U16),
+            "int32_t" => Self::Number(NumberStyle::I32),
+            "uint32_t" => Self::Number(NumberStyle::U32),
+            "int64_t" => Self::Number(NumberStyle::I64),
+            "uint64_t" => Self::Number(NumberStyle::U64),
+            "float" => Self::Number(NumberStyle::F32),
+            "double" => Self::Number(NumberStyle::F64),
             "char" => Self::Letter,
             _ => return None,
         })
@@ -48,7 +48,7 @@ impl Kind {
     pub(super) fn value(self, bytes: &[u8]) -> f64 {
         let number = match self {
             Self::Number(number) => number,
-            Self::Letter => Number::U8,
+            Self::Letter => NumberStyle::U8,
         };
         number.value(bytes).unwrap_or(f64::NAN)
     }
@@ -65,9 +65,9 @@ struct Defined {
 
 /// The definitions of a log, by name. The first of a name counts.
 #[derive(Debug, Default)]
-pub(super) struct Definitions(HashMap<String, Vec<Defined>>);
+pub(super) struct FormatDefinitions(HashMap<String, Vec<Defined>>);
 
-impl Definitions {
+impl FormatDefinitions {
     /// Adds the text of a definition, `name:type field;type[3] field;`; `None` where it is none.
     pub(super) fn add(&mut self, text: &str) -> Option<()> {
         let (name, fields) = text.split_once(':')?;
@@ -90,19 +90,19 @@ impl Definitions {
     }
 
     /// The fields of topic `name`; `None` where a nested definition is missing or it is larger than any topic.
-    pub(super) fn layout(&self, name: &str) -> Option<Layout> {
-        let mut layout = Layout::default();
+    pub(super) fn layout(&self, name: &str) -> Option<RowLayout> {
+        let mut layout = RowLayout::default();
         self.write_out(name, "", DEEPEST, &mut layout)?;
         // The logger leaves out the padding at the end.
         layout.least = layout.most;
         while let Some(last) = layout.fields.pop_if(|last| last.name.starts_with("_padding")) {
             layout.least = last.offset;
         }
-        layout.fields.retain(|field| field.kind != Kind::Letter && !field.is_padding());
+        layout.fields.retain(|field| field.kind != ValueKind::Letter && !field.is_padding());
         Some(layout)
     }
 
-    fn write_out(&self, name: &str, before: &str, deeper: usize, layout: &mut Layout) -> Option<()> {
+    fn write_out(&self, name: &str, before: &str, deeper: usize, layout: &mut RowLayout) -> Option<()> {
         let deeper = deeper.checked_sub(1)?;
         for field in self.0.get(name)? {
             for index in 0..field.length.unwrap_or(1) {
@@ -112,9 +112,9 @@ impl Definitions {
                 }
                 let place = field.length.map_or_else(String::new, |_| format!("[{index}]"));
                 let name = format!("{before}{}{place}", field.name);
-                match Kind::parse(&field.kind) {
+                match ValueKind::parse(&field.kind) {
                     Some(kind) => {
-                        layout.fields.push(Field { name, kind, offset: layout.most });
+                        layout.fields.push(RowField { name, kind, offset: layout.most });
                         layout.most += kind.size();
                     }
                     None => self.write_out(&field.kind, &format!("{name}."), deeper, layout)?,
@@ -127,15 +127,15 @@ impl Definitions {
 
 /// A number in each row of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Field {
+pub(super) struct RowField {
     /// Name, with those of the messages around it: `esc[0].esc_rpm`.
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: ValueKind,
     /// Where in the row.
     pub(super) offset: usize,
 }
 
-impl Field {
+impl RowField {
     fn is_padding(&self) -> bool {
         self.name.rsplit('.').next().is_some_and(|name| name.starts_with("_padding"))
     }
@@ -143,8 +143,8 @@ impl Field {
 
 /// What the rows of a topic hold.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Layout {
-    pub(super) fields: Vec<Field>,
+pub(super) struct RowLayout {
+    pub(super) fields: Vec<RowField>,
     /// Bytes of a row: without the padding at its end, and with it.
     pub(super) least: usize,
     pub(super) most: usize,

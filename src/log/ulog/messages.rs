@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::layout::{Definitions, Layout};
+use super::layout::{FormatDefinitions, RowLayout};
 use crate::cancel;
 use crate::log::bytes::Bytes;
 use crate::log::tables::Tables;
@@ -24,10 +24,10 @@ const CHECK_EVERY: usize = 4096;
 
 /// A topic, or one of several instances of it.
 #[derive(Debug)]
-pub(super) struct Topic {
+pub(super) struct LoggedTopic {
     pub(super) name: String,
     pub(super) instance: u8,
-    pub(super) layout: Layout,
+    pub(super) layout: RowLayout,
     /// Where in the file each row begins.
     pub(super) rows: Vec<usize>,
 }
@@ -41,12 +41,12 @@ struct Message<'a> {
 }
 
 /// What is known of a log while it is read.
-pub(super) struct Log<'a> {
+pub(super) struct UlogFile<'a> {
     bytes: &'a [u8],
-    definitions: Definitions,
+    definitions: FormatDefinitions,
     /// Topic of each message id; `None` for one whose definition is of no use.
     subscriptions: HashMap<u16, Option<usize>>,
-    pub(super) topics: Vec<Topic>,
+    pub(super) topics: Vec<LoggedTopic>,
     /// Where data were appended, the end of the file among them.
     ends: Vec<usize>,
     /// What was left out, and what the log says of itself.
@@ -55,12 +55,12 @@ pub(super) struct Log<'a> {
     pub(super) refused: Option<String>,
 }
 
-impl<'a> Log<'a> {
+impl<'a> UlogFile<'a> {
     /// Reads all messages of a file.
     pub(super) fn read(bytes: &'a [u8]) -> Self {
         let mut log = Self {
             bytes,
-            definitions: Definitions::default(),
+            definitions: FormatDefinitions::default(),
             subscriptions: HashMap::new(),
             topics: Vec::new(),
             ends: vec![bytes.len()],
@@ -159,7 +159,7 @@ impl<'a> Log<'a> {
         }
     }
 
-    fn topic(&self, id: u16) -> Option<Option<&Topic>> {
+    fn topic(&self, id: u16) -> Option<Option<&LoggedTopic>> {
         let place = self.subscriptions.get(&id)?;
         Some(place.and_then(|place| self.topics.get(place)))
     }
@@ -195,7 +195,7 @@ impl<'a> Log<'a> {
         let known = self.topics.iter().position(|topic| topic.instance == instance && topic.name == name);
         let place = known.or_else(|| {
             let layout = self.definitions.layout(name)?;
-            self.topics.push(Topic { name: name.to_owned(), instance, layout, rows: Vec::new() });
+            self.topics.push(LoggedTopic { name: name.to_owned(), instance, layout, rows: Vec::new() });
             Some(self.topics.len() - 1)
         });
         if place.is_none() {

@@ -11,9 +11,9 @@ mod messages;
 #[cfg(test)]
 mod tests;
 
-use super::format::{FormatError, LogFormat, Request, Start};
+use super::format::{FormatError, LogFormat, ReadRequest, Start};
 use super::tables::Tables;
-use messages::Log;
+use messages::UlogFile;
 
 /// PX4's ULog.
 pub struct Ulog;
@@ -34,7 +34,7 @@ impl LogFormat for Ulog {
         Some(include_str!("../mappings/ulog.toml"))
     }
 
-    fn read(&self, request: &Request) -> Result<Tables, FormatError> {
+    fn read(&self, request: &ReadRequest) -> Result<Tables, FormatError> {
         let damaged = |reason: &str| FormatError::Damaged {
             path: request.path.to_owned(),
             format: self.name(),
@@ -47,7 +47,7 @@ impl LogFormat for Ulog {
         if let Some(part) = request.part.filter(|part| *part != 1) {
             return Err(FormatError::Part { path: request.path.to_owned(), part, parts: 1 });
         }
-        let Log { topics, notes: mut tables, refused, .. } = Log::read(request.bytes);
+        let UlogFile { topics, notes: mut tables, refused, .. } = UlogFile::read(request.bytes);
         if let Some(reason) = refused {
             return Err(FormatError::Unusable { path: request.path.to_owned(), reason });
         }

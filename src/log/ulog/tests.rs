@@ -34,7 +34,7 @@ fn row(id: u16, stamp: u64, rest: &[u8]) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8]) -> Result<Tables, FormatError> {
-    Ulog.read(&Request { path: Path::new("a.ulg"), bytes, part: None, wants: &|_, _| true })
+    Ulog.read(&ReadRequest { path: Path::new("a.ulg"), bytes, part: None, wants: &|_, _| true })
 }
 
 fn table<'a>(tables: &'a Tables, name: &str) -> &'a Table {
@@ -88,10 +88,10 @@ fn topics_are_tables_by_instance() {
 fn only_what_is_wanted_is_read() {
     let bytes = log(&batteries(3));
     let wants = |table: &str, column: &str| table == "battery[1]" && column == "voltage_v";
-    let request = Request { path: Path::new("a.ulg"), bytes: &bytes, part: Some(1), wants: &wants };
+    let request = ReadRequest { path: Path::new("a.ulg"), bytes: &bytes, part: Some(1), wants: &wants };
     let tables = Ulog.read(&request).expect("a good log");
     assert_eq!((tables.tables.len(), tables.tables[0].columns.len()), (1, 1));
-    let none = Ulog.read(&Request { part: Some(2), ..request });
+    let none = Ulog.read(&ReadRequest { part: Some(2), ..request });
     assert_eq!(none.expect_err("one log").to_string(), "a.ulg: there is no part 2; the file holds 1");
 }
 
