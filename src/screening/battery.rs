@@ -6,14 +6,14 @@ use crate::log::Dataset;
 use crate::signal::columns::BATTERY_VOLTAGE;
 
 /// A battery whose reading is being judged.
-pub(crate) struct Battery<'a> {
+pub(crate) struct CheckedBattery<'a> {
     /// A log whose channels were judged.
     pub log: &'a Dataset,
     /// The rotors that turn and are measured.
     pub turning: Vec<&'a RotorLog>,
 }
 
-impl Battery<'_> {
+impl CheckedBattery<'_> {
     /// A finding in its reading.
     pub(crate) fn finding(&self, code: &'static str) -> Finding {
         Finding::new(code, BATTERY_VOLTAGE).of(self.log.source_name())

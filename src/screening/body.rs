@@ -4,7 +4,7 @@ use super::rotor_data::RotorLog;
 use crate::log::Dataset;
 
 /// A body that is being judged.
-pub(crate) struct Body<'a> {
+pub(crate) struct CheckedBody<'a> {
     /// A log whose channels were judged.
     pub log: &'a Dataset,
     /// [rad/s] rate of the body.

@@ -74,7 +74,7 @@ impl Judgement {
 }
 
 /// A channel that is being judged.
-pub(crate) struct Channel<'a> {
+pub(crate) struct CheckedChannel<'a> {
     /// The whole log.
     pub log: &'a Dataset,
     /// Name of the channel.
@@ -87,7 +87,7 @@ pub(crate) struct Channel<'a> {
     pub found: Vec<Judgement>,
 }
 
-impl<'a> Channel<'a> {
+impl<'a> CheckedChannel<'a> {
     /// The channel of this name; `None` where the log has none.
     pub(crate) fn of(log: &'a Dataset, name: &'a str) -> Option<Self> {
         let values = log.column(name)?;

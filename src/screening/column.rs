@@ -31,7 +31,7 @@ pub(crate) struct Remark {
 }
 
 /// A column that is looked at.
-pub(crate) struct Column<'a> {
+pub(crate) struct CheckedColumn<'a> {
     /// The whole log.
     pub log: &'a Dataset,
     /// Name of the column.
@@ -48,7 +48,7 @@ pub(crate) struct Column<'a> {
     pub sorted: Vec<f64>,
 }
 
-impl<'a> Column<'a> {
+impl<'a> CheckedColumn<'a> {
     /// The column of this name, of which `judged` was found; `None` where the log has none, or it is empty.
     pub(crate) fn of(log: &'a Dataset, name: &'a str, judged: &'a [Judgement]) -> Option<Self> {
         let values = log.column(name)?;

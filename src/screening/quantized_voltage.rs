@@ -19,7 +19,7 @@ use crate::estimation::censored_normal::CensoredNormal;
 use crate::estimation::moments::mean;
 use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
-use columns::Columns;
+use columns::VoltageColumns;
 
 /// Puts readings without plateaus in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
 /// edges do not determine how it fell.
@@ -144,7 +144,7 @@ struct QuantizedVoltage<'a> {
 
 /// What it steps over.
 struct Fit<'a> {
-    columns: Columns<'a>,
+    columns: VoltageColumns<'a>,
     weights: DVector<f64>,
     /// [V]
     noise: f64,
@@ -165,11 +165,11 @@ impl Fit<'_> {
 
 impl<'a> QuantizedVoltage<'a> {
     fn fit(&self, load: Option<Vec<f64>>) -> Option<Fit<'a>> {
-        let mut fit = self.by_edges(Columns { time: self.time, load, bends: 1 })?;
+        let mut fit = self.by_edges(VoltageColumns { time: self.time, load, bends: 1 })?;
         let bends = (fit.fall() / (self.course.knot_steps * self.step))
             .min(fit.columns.span() / self.course.shortest_bend) as usize;
         if bends > 1 {
-            fit = self.by_edges(Columns { bends, ..fit.columns })?;
+            fit = self.by_edges(VoltageColumns { bends, ..fit.columns })?;
         }
         for _ in 0..THRESHOLDS.most_passes {
             let mut sums = RidgeSums::new(fit.columns.count());
@@ -194,7 +194,7 @@ impl<'a> QuantizedVoltage<'a> {
     }
 
     /// Least squares on the edges, and a little on the plateaus.
-    fn by_edges(&self, columns: Columns<'a>) -> Option<Fit<'a>> {
+    fn by_edges(&self, columns: VoltageColumns<'a>) -> Option<Fit<'a>> {
         let mut sums = RidgeSums::new(columns.count());
         let weight = THRESHOLDS.plateau_weight * self.edges.len() as f64 / self.voltage.len() as f64;
         (0..self.voltage.len()).for_each(|row| sums.add(columns.at(row), weight, weight * self.voltage[row]));
@@ -215,7 +215,13 @@ impl<'a> QuantizedVoltage<'a> {
 
     /// Where the course may bend no more than so much: as if that had been read at each knot, beside rows with this noise. With
     /// `weights` the rows ask for their change.
-    fn smooth(&self, sums: &mut RidgeSums, columns: &Columns, noise: f64, weights: Option<&DVector<f64>>) {
+    fn smooth(
+        &self,
+        sums: &mut RidgeSums,
+        columns: &VoltageColumns,
+        noise: f64,
+        weights: Option<&DVector<f64>>,
+    ) {
         if self.course.bend.is_infinite() {
             return;
         }

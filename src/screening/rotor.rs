@@ -6,7 +6,7 @@ use crate::log::Dataset;
 use crate::signal::columns;
 
 /// A rotor that is being judged.
-pub(crate) struct Rotor<'a> {
+pub(crate) struct CheckedRotor<'a> {
     /// Its part of the log; rates that a check takes out of the score are missing in it.
     pub data: RotorLog,
     /// What is missing of its commands.
@@ -17,7 +17,7 @@ pub(crate) struct Rotor<'a> {
     pub at_rest: Vec<usize>,
 }
 
-impl<'a> Rotor<'a> {
+impl<'a> CheckedRotor<'a> {
     /// Rotor `number` (from 1) of a log whose channels were judged; `None` when the log does not hold its command.
     /// `voltage` is that of the log.
     pub(crate) fn read(log: &'a Dataset, voltage: Option<&HeldVoltage>, number: usize) -> Option<Self> {

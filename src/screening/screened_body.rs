@@ -16,7 +16,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
-use super::body::Body;
+use super::body::CheckedBody;
 use super::channel::rates_of_both;
 use super::checks;
 use super::checks::body_held::BODY_HELD;
@@ -113,7 +113,8 @@ impl ScreenedBody {
     pub(crate) fn of(log: &Dataset, rotors: &[ScreenedRotor]) -> Option<Self> {
         let body_rate = log.column(BODY_RATE)?;
         let rates = rates_of_both(log);
-        let body = Body { log, rate: body_rate, rotors: rotors.iter().map(ScreenedRotor::data).collect() };
+        let body =
+            CheckedBody { log, rate: body_rate, rotors: rotors.iter().map(ScreenedRotor::data).collect() };
         let found: Vec<Finding> = checks::BODY.iter().filter_map(|check| check(&body)).collect();
         if let [Some(first), Some(second)] = rates {
             let inputs = [first, second].map(|rates| Input::measured(log, rates));

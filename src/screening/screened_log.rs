@@ -5,10 +5,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::attitude::{Attitude, Mistaken};
-use super::battery::Battery;
-use super::channel::{self, Channel, Judgement, OF_BODY};
+use super::battery::CheckedBattery;
+use super::channel::{self, CheckedChannel, Judgement, OF_BODY};
 use super::checks;
-use super::column::{Column, Remark};
+use super::column::{CheckedColumn, Remark};
 use super::rotor_data::HeldVoltage;
 use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
@@ -70,7 +70,7 @@ pub struct ScreenedChannel {
 
 impl ScreenedChannel {
     fn of(log: &Dataset, name: &str) -> Option<Self> {
-        let mut channel = Channel::of(log, name)?;
+        let mut channel = CheckedChannel::of(log, name)?;
         for check in checks::CHANNEL {
             let found = check(&channel);
             channel.found.extend(found);
@@ -121,7 +121,7 @@ impl Judged {
         raw: Dataset,
         mut channels: Vec<ScreenedChannel>,
         columns: Vec<Suspicion>,
-        judge: impl FnOnce(&Battery) -> Option<Judgement>,
+        judge: impl FnOnce(&CheckedBattery) -> Option<Judgement>,
     ) -> Self {
         let mut cleaned = None;
         channels.iter().for_each(|channel| channel.take_out(&raw, &mut cleaned));
@@ -147,7 +147,7 @@ impl Judged {
         let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
         let units = units(log, &rotors);
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
-        let found = judge(&Battery { log, turning: turning.collect() });
+        let found = judge(&CheckedBattery { log, turning: turning.collect() });
         let of_battery = found.clone();
         if let Some((channel, found)) =
             channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(found)
@@ -328,9 +328,9 @@ impl ScreenedLog {
 
     /// Any of its columns as it was logged, and what is remarked of it; `None` where the log has none of this name.
     #[must_use]
-    pub(crate) fn look_at<'a>(&'a self, name: &'a str) -> Option<(Column<'a>, Vec<Remark>)> {
+    pub(crate) fn look_at<'a>(&'a self, name: &'a str) -> Option<(CheckedColumn<'a>, Vec<Remark>)> {
         let judged = self.channel(name).map_or(&[][..], |channel| &channel.judgements);
-        let column = Column::of(self.raw(), name, judged)?;
+        let column = CheckedColumn::of(self.raw(), name, judged)?;
         let remarks = checks::COLUMN.iter().flat_map(|check| check(&column)).collect();
         Some((column, remarks))
     }

@@ -11,7 +11,7 @@ use super::channel::Judgement;
 use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, SHORT_RUN};
 use super::quantized_voltage;
-use super::rotor::Rotor;
+use super::rotor::CheckedRotor;
 use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
 use super::suspicion::{Stops, Suspicion};
 use crate::log::{Cells, Dataset};
@@ -47,7 +47,7 @@ impl ScreenedRotor {
         number: usize,
         rates: &[Judgement],
     ) -> Option<Self> {
-        let mut rotor = Rotor::read(log, voltage, number)?;
+        let mut rotor = CheckedRotor::read(log, voltage, number)?;
         let mut why = vec![None; log.len()];
         // A row has the first reason that was found.
         rates.iter().rev().for_each(|judged| mark(&mut why, judged));
@@ -216,7 +216,7 @@ impl ScreenedRotor {
 
 /// Columns that can hardly be what their names say; of those that cannot be the first is enough. Of a rotor that nobody measured
 /// nothing is asked.
-fn look_at_columns(rotor: &Rotor) -> Vec<Suspicion> {
+fn look_at_columns(rotor: &CheckedRotor) -> Vec<Suspicion> {
     let suspicions = checks::ROTOR_COLUMNS.iter().filter_map(|check| check(&rotor.data));
     let (impossible, hardly): (Vec<Suspicion>, Vec<Suspicion>) =
         suspicions.filter(|_| rotor.is_measured()).partition(|it| it.stops == Stops::Fits);

@@ -13,7 +13,7 @@ use super::checks::perhaps_frozen::PERHAPS_FROZEN;
 use super::checks::perhaps_saturated::PERHAPS_SATURATED;
 use super::checks::rate_frozen::RATE_FROZEN;
 use super::checks::saturation::{SATURATED, Saturation};
-use super::column::{Column, Remark, Stretch};
+use super::column::{CheckedColumn, Remark, Stretch};
 use super::screened_log::ScreenedLog;
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
@@ -171,7 +171,7 @@ impl LogSummary {
 }
 
 impl ChannelSummary {
-    fn of(column: &Column, remarks: &[Remark]) -> Self {
+    fn of(column: &CheckedColumn, remarks: &[Remark]) -> Self {
         let judged = column.judged.iter().map(|judged| judged.finding.clone());
         Self {
             name: column.name.to_owned(),
@@ -201,7 +201,7 @@ fn stretches(remarks: &[Remark], code: &str) -> Vec<Stretch> {
 }
 
 /// The stretches in which a channel is frozen: the rows of what was found, and the reading before that they repeat.
-fn frozen(column: &Column, judged: &Judgement) -> Vec<Stretch> {
+fn frozen(column: &CheckedColumn, judged: &Judgement) -> Vec<Stretch> {
     let present = &column.present;
     let value = |at: usize| column.values[present[at]];
     let places: Vec<usize> = judged.rows.iter().filter_map(|row| present.binary_search(row).ok()).collect();
@@ -215,7 +215,7 @@ fn frozen(column: &Column, judged: &Judgement) -> Vec<Stretch> {
 }
 
 /// The ends at which a channel is saturated, and how many of its readings stand there.
-fn ends(column: &Column, judged: &Judgement) -> Vec<Saturation> {
+fn ends(column: &CheckedColumn, judged: &Judgement) -> Vec<Saturation> {
     let samples = |at: f64| judged.rows.iter().filter(|row| column.values[**row] == at).count();
     judged.finding.numbers("at").iter().map(|at| Saturation { at: *at, samples: samples(*at) }).collect()
 }

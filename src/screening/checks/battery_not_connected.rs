@@ -2,12 +2,12 @@
 
 use super::battery_range::EMPTY;
 use crate::estimation::quantile::median;
-use crate::screening::battery::Battery;
+use crate::screening::battery::CheckedBattery;
 use crate::screening::channel::Judgement;
 use crate::screening::rotor_data::bounds;
 
 /// All readings, where the middle one is none of a battery.
-pub(crate) fn check(battery: &Battery) -> Option<Judgement> {
+pub(crate) fn check(battery: &CheckedBattery) -> Option<Judgement> {
     let voltage = battery.turning.iter().find_map(|rotor| rotor.voltage.as_deref())?;
     let (low, high) = bounds(voltage);
     let finding = battery.finding("battery_not_connected").with("least_v", low).with("greatest_v", high);

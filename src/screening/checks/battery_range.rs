@@ -1,7 +1,7 @@
 //! Readings of a battery that no battery has which turns rotors: zeros of a telemetry that dropped out, or its greatest number.
 
 use crate::estimation::quantile::median;
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: readings that no battery has which turns a rotor.
@@ -10,7 +10,7 @@ pub const BATTERY_DROPOUT: &str = "battery_dropout";
 pub const EMPTY: f64 = THRESHOLDS.least_battery;
 
 /// Readings below [`EMPTY`], or far above all others, beside more that are neither; `None` too where most are such.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     if !channel.is_battery() {
         return None;
     }

@@ -1,14 +1,14 @@
 //! A battery's reading that stands at the end of its range: what the battery had is not known.
 
 use super::saturation;
-use crate::screening::battery::Battery;
+use crate::screening::battery::CheckedBattery;
 use crate::screening::channel::Judgement;
 
 /// The code: a battery at the end of what is read of it.
 pub const BATTERY_SATURATED: &str = "battery_saturated";
 
 /// All readings, where some stand at an end and are not what the battery settles to under one rotor's command.
-pub(crate) fn check(battery: &Battery) -> Option<Judgement> {
+pub(crate) fn check(battery: &CheckedBattery) -> Option<Judgement> {
     let saturated = battery
         .turning
         .iter()

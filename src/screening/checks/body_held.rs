@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::estimation::moments::mean_of;
 use crate::log::Dataset;
 use crate::screening::Finding;
-use crate::screening::body::Body;
+use crate::screening::body::CheckedBody;
 use crate::screening::channel::rates_of_both;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::rotor_data::RotorLog;
@@ -21,8 +21,8 @@ use crate::signal::columns::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND};
 pub const BODY_HELD: &str = "body_held_still";
 
 /// The finding, where the body of a log was held still.
-pub(crate) fn check(body: &Body) -> Option<Finding> {
-    let Body { log, rate, rotors } = body;
+pub(crate) fn check(body: &CheckedBody) -> Option<Finding> {
+    let CheckedBody { log, rate, rotors } = body;
     // What more rotors than two turn is no body of ours.
     if rotors.iter().any(|rotor| rotor.number > ROTORS && rotor.turns()) {
         return None;

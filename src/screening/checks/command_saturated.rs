@@ -1,12 +1,12 @@
 //! A command that stands at its limit: that more was asked for, or that the rotor got less, does not show there.
 
 use crate::screening::channel::Judgement;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// How much of the log is at the limit of the command, and what can still be done; nothing is left out.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     if !rotor.is_measured() {
         return None;
     }

@@ -2,11 +2,11 @@
 
 use crate::screening::channel::Judgement;
 use crate::screening::left_out::COMMANDS_MISSING;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 
 /// What is missing, and what was made of it. The rows themselves lie beside the stretches of known commands.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
-    let Rotor { data, missing, measured, .. } = rotor;
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
+    let CheckedRotor { data, missing, measured, .. } = rotor;
     if missing.places == 0 || !data.turns() {
         return None;
     }

@@ -1,9 +1,9 @@
 //! A column that never changes.
 
-use crate::screening::column::{Column, Remark};
+use crate::screening::column::{CheckedColumn, Remark};
 
 /// Says so, with the value. That the guard was armed throughout is how it should be.
-pub(crate) fn check(column: &Column) -> Vec<Remark> {
+pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     if !column.is_constant() || column.name.starts_with("guard_") {
         return Vec::new();
     }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use crate::screening::column::{Column, Remark};
+use crate::screening::column::{CheckedColumn, Remark};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: cells without a value for longer than the column's pace explains.
 pub const DROPOUTS: &str = "dropouts";
 
 /// Stretches between two values that are too long for the column, holes in time apart.
-pub(crate) fn check(column: &Column) -> Vec<Remark> {
+pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     let time = column.log.time();
     let hole_after: BTreeSet<usize> = column.log.holes().iter().map(|hole| hole.after).collect();
     let is_dropout = |pair: &&[usize]| {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::saturation::SATURATED;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::columns::{self, BODY_ANGLE, BODY_RATE, COMMANDS, TORQUE_COMMAND};
@@ -18,7 +18,7 @@ use crate::signal::columns::{self, BODY_ANGLE, BODY_RATE, COMMANDS, TORQUE_COMMA
 pub const GYRO_FROZEN: &str = "gyro_frozen";
 
 /// Readings of the gyroscope that were not measured.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     if channel.name != BODY_RATE {
         return None;
     }

@@ -7,12 +7,12 @@
 //! `rustfmt` look at them.
 
 use super::attitude::{Attitude, Mistaken};
-use super::battery::Battery;
-use super::body::Body;
-use super::channel::{Channel, Judgement};
-use super::column::{Column, Remark};
+use super::battery::CheckedBattery;
+use super::body::CheckedBody;
+use super::channel::{CheckedChannel, Judgement};
+use super::column::{CheckedColumn, Remark};
 use super::finding::Finding;
-use super::rotor::Rotor;
+use super::rotor::CheckedRotor;
 use super::rotor_data::RotorLog;
 use super::suspicion::Suspicion;
 use crate::log::Dataset;
@@ -36,7 +36,7 @@ checks! {
     ];
 
     /// Of one channel: which of its cells are no measurements. Each may look at what is left of the ones before.
-    CHANNEL: fn(&Channel) -> Option<Judgement> = [
+    CHANNEL: fn(&CheckedChannel) -> Option<Judgement> = [
         rate_dropout,
         battery_range,
         sample_and_hold,
@@ -48,7 +48,7 @@ checks! {
     ];
 
     /// Of any column, measured or not, for who looks at a log: nothing of it is left out.
-    COLUMN: fn(&Column) -> Vec<Remark> = [
+    COLUMN: fn(&CheckedColumn) -> Vec<Remark> = [
         constant,
         perhaps_frozen,
         perhaps_saturated,
@@ -68,7 +68,7 @@ checks! {
 
     /// Of a rotor: which of its rates are no answers of a running rotor to a known command. Each takes what it finds out of the
     /// score itself, and looks at what the ones before left.
-    ROTOR: fn(&mut Rotor) -> Option<Judgement> = [
+    ROTOR: fn(&mut CheckedRotor) -> Option<Judgement> = [
         command_saturated,
         standstill,
         transient_behind_hole,
@@ -79,14 +79,14 @@ checks! {
 
     /// Of the battery's reading as a whole, by the rotors that turn; the first that finds something decides. It takes all rows or
     /// none: what a battery had that is not connected or saturated is not known anywhere.
-    BATTERY: fn(&Battery) -> Option<Judgement> = [
+    BATTERY: fn(&CheckedBattery) -> Option<Judgement> = [
         battery_not_connected,
         battery_saturated,
         battery_reading_gap,
     ];
 
     /// Of the body as a whole: where one of them finds something, none of its rows is scored.
-    BODY: fn(&Body) -> Option<Finding> = [
+    BODY: fn(&CheckedBody) -> Option<Finding> = [
         body_held,
     ];
 

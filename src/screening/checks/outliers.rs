@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median, quantile, quantiles};
 use crate::log::dataset::Dataset;
 use crate::log::segments::held_throughout;
-use crate::screening::channel::{Channel as Judged, Judgement};
+use crate::screening::channel::{CheckedChannel as Judged, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 use crate::threads::spread;
 

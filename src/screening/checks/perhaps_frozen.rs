@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::frozen_gyro::{self, GYRO_FROZEN};
 use crate::log::signals::rotor_of;
-use crate::screening::column::{Column, Remark};
+use crate::screening::column::{CheckedColumn, Remark};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_RATE};
@@ -16,7 +16,7 @@ use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_RATE};
 pub const PERHAPS_FROZEN: &str = "perhaps_frozen";
 
 /// Runs of equal values that are too long for the column. A rotor that stands still reads zero, rightly.
-pub(crate) fn check(column: &Column) -> Vec<Remark> {
+pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     let values: Vec<f64> = column.present.iter().map(|row| column.values[*row]).collect();
     if column.name == BODY_RATE {
         return of_gyro(column, &values);
@@ -31,13 +31,13 @@ pub(crate) fn check(column: &Column) -> Vec<Remark> {
     remark(column, runs)
 }
 
-fn remark(column: &Column, runs: impl Iterator<Item = Range<usize>>) -> Vec<Remark> {
+fn remark(column: &CheckedColumn, runs: impl Iterator<Item = Range<usize>>) -> Vec<Remark> {
     let stretch = |run: Range<usize>| column.stretch(column.present[run.start], column.present[run.end - 1]);
     column.remark(PERHAPS_FROZEN, runs.map(stretch).collect())
 }
 
 /// The same of a gyro, all of the log where it never moves, as far as the body does.
-fn of_gyro(column: &Column, values: &[f64]) -> Vec<Remark> {
+fn of_gyro(column: &CheckedColumn, values: &[f64]) -> Vec<Remark> {
     let found =
         if column.is_constant() { std::iter::once(0..values.len()).collect() } else { too_long(values) };
     let known = column.judgement(&[GYRO_FROZEN]).map_or(&[][..], |judged| &judged.rows);
@@ -47,11 +47,11 @@ fn of_gyro(column: &Column, values: &[f64]) -> Vec<Remark> {
     remark(column, found.into_iter().filter(|run| !is_known(run) && moves(run)))
 }
 
-fn is_rate(column: &Column) -> bool {
+fn is_rate(column: &CheckedColumn) -> bool {
     columns::is_propeller_rate(column.name)
 }
 
-fn is_asked_elsewhere(column: &Column) -> bool {
+fn is_asked_elsewhere(column: &CheckedColumn) -> bool {
     let command = || rotor_of(column.name).and_then(|rotor| column.log.column(&columns::command(rotor)));
     is_rate(column) && command().is_some()
 }

@@ -2,14 +2,14 @@
 
 use super::battery_saturated::BATTERY_SATURATED;
 use super::saturation::{self, SATURATED, piles};
-use crate::screening::column::{Column, Remark};
+use crate::screening::column::{CheckedColumn, Remark};
 use crate::signal::columns::{BATTERY_VOLTAGE, COMMANDS};
 
 /// The code: a channel that piles up at one value.
 pub const PERHAPS_SATURATED: &str = "perhaps_saturated";
 
 /// The ends. A battery settles at levels, too, which is asked of its reading.
-pub(crate) fn check(column: &Column) -> Vec<Remark> {
+pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     if !column.is_moving_reading() || column.judgement(&[SATURATED, BATTERY_SATURATED]).is_some() {
         return Vec::new();
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::estimation::quantile::{median, quantile};
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::rotor_data::{LEAST_COMMAND, held};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -11,7 +11,7 @@ use crate::screening::thresholds::THRESHOLDS;
 pub const RATE_DROPOUT: &str = "rate_dropout";
 
 /// Zeros of a rotor's rate that are no measurement.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     let command = channel.command.filter(|_| channel.is_rotor_rate())?;
     let (time, segments) = (channel.log.time(), channel.log.segments());
     let (command, rate) = (held(command, &segments), channel.left());

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::sample_and_hold::SAMPLE_AND_HOLD;
 use crate::estimation::quantile::distinct;
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -12,7 +12,7 @@ use crate::screening::thresholds::THRESHOLDS;
 pub const RATE_FROZEN: &str = "rate_frozen";
 
 /// Readings of a rotor's rate that did not answer to the command.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     let command = channel.command.filter(|_| channel.is_rotor_rate())?;
     let (time, segments) = (channel.log.time(), channel.log.segments());
     // What a logger held may be frozen as well.

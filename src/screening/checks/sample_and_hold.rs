@@ -6,7 +6,7 @@
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
 use crate::estimation::quantile::{distinct, median_step};
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: readings that are written again until the next one comes.
@@ -27,7 +27,7 @@ struct Run {
 }
 
 /// Rows that repeat a reading; `None` where each cell is a reading of its own.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     if channel.is_battery() {
         return None;
     }

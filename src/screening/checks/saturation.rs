@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::estimation::quantile::{median, sorted};
-use crate::screening::channel::{Channel, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// A channel that piles up at its end.
@@ -55,7 +55,7 @@ pub(crate) struct Saturated {
 }
 
 /// Readings at the ends of the channel's range.
-pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     if channel.is_battery() {
         return None;
     }

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::estimation::quantile::{median, median_step, quantile};
 use crate::screening::channel::Judgement;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -27,7 +27,7 @@ struct Settling {
 }
 
 /// Takes transients whose begin a hole hid out of the score, and out of the stretches.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     rotor.data.leave_out_hidden_transients()
 }
 

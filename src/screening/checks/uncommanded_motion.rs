@@ -8,12 +8,12 @@ use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::screening::channel::Judgement;
 use crate::screening::excitation::SteadyCommand;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
 /// Takes out of the score where the command stands still and the rate does not.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     rotor.data.leave_out_unmoved()
 }
 

@@ -3,7 +3,7 @@
 use crate::estimation::hats::hats;
 
 /// Hats over time, and the load.
-pub(crate) struct Columns<'a> {
+pub(crate) struct VoltageColumns<'a> {
     /// [s]
     pub time: &'a [f64],
     /// [-] what draws on the battery, over its mean, where it moves.
@@ -12,7 +12,7 @@ pub(crate) struct Columns<'a> {
     pub bends: usize,
 }
 
-impl Columns<'_> {
+impl VoltageColumns<'_> {
     pub fn count(&self) -> usize {
         self.bends + 1 + usize::from(self.load.is_some())
     }

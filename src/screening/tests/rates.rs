@@ -2,7 +2,7 @@
 
 use crate::log::Dataset;
 use crate::screening::Finding;
-use crate::screening::channel::Channel;
+use crate::screening::channel::CheckedChannel;
 use crate::screening::checks::rate_dropout::{self, RATE_DROPOUT};
 use crate::screening::checks::rate_frozen::{self, RATE_FROZEN};
 
@@ -37,7 +37,7 @@ fn binary(t: f64) -> f64 {
 
 /// Rows of rotor 1 that were taken away, and what was found.
 fn taken(log: &Dataset) -> (Vec<usize>, Vec<Finding>) {
-    let mut channel = Channel::of(log, RATE).unwrap();
+    let mut channel = CheckedChannel::of(log, RATE).unwrap();
     for check in [rate_dropout::check, rate_frozen::check] {
         let found = check(&channel);
         channel.found.extend(found);
