@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::run::Run;
-use super::trace::{Measured, SampleRows, Trace};
+use super::run::RunMode;
+use super::trace::{MeasuredSignal, SampleRows, Trace};
 use crate::log::Dataset;
 
 /// A block that was run, before it is scored.
@@ -12,7 +12,7 @@ pub(crate) struct BlockRun {
     pub signal: String,
     pub unit: &'static str,
     pub driven_by: Vec<String>,
-    pub run: Run,
+    pub run: RunMode,
     /// Whether what a perfect model leaves changes from sample to sample by the sensor's noise alone, or by hardly more: the
     /// noisy start of a window moves all of it smoothly.
     pub shows_noise: bool,
@@ -57,9 +57,9 @@ impl BlockRun {
             unit,
             driven_by: driven_by.iter().map(|name| (*name).to_owned()).collect(),
             run: match floor {
-                NoisePath::Sensor => Run::Free,
-                NoisePath::Thrust(_) => Run::EachSample,
-                _ => Run::Smoothed,
+                NoisePath::Sensor => RunMode::Free,
+                NoisePath::Thrust(_) => RunMode::EachSample,
+                _ => RunMode::Smoothed,
             },
             shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
@@ -130,7 +130,9 @@ impl BlockRun {
         Trace {
             rows: SampleRows::of(self.rows),
             time: log.time_cells(),
-            measured: self.own.map_or_else(|| Measured::Column(column()), |own| Measured::Own(own.into())),
+            measured: self
+                .own
+                .map_or_else(|| MeasuredSignal::Column(column()), |own| MeasuredSignal::Own(own.into())),
             modelled: self.modelled.into(),
             in_part: self.in_part,
         }

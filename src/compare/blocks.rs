@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::run::Run;
+use super::run::RunMode;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
 use crate::cancel;
@@ -356,7 +356,7 @@ fn body(
             }
         }
     }
-    rates.run = Run::Windows(config.horizon_s);
+    rates.run = RunMode::Windows(config.horizon_s);
     angles.run = rates.run;
     rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     [rates, angles].into_iter().filter(|block| block.is_scored(log)).collect()

@@ -51,8 +51,8 @@ pub use config::CompareConfig;
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
 pub use error::CompareError;
 pub use regimes::{Failure, Regime};
-pub use run::Run;
-pub use score::{Block, ErrorStatistics};
+pub use run::RunMode;
+pub use score::{ErrorStatistics, ScoredBlock};
 pub use spectrum::Spectrum;
 pub use trace::{SampleRows, Trace};
 pub use unknown_torque::UnknownTorque;
@@ -70,7 +70,7 @@ pub struct Comparison {
     /// The log.
     pub log: String,
     /// Blocks that could be compared, upstream first.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<ScoredBlock>,
     /// What torque the model lacks, over time; where a body rate was measured.
     pub unknown_torque: Option<UnknownTorque>,
     /// Cells of the log that are no measurements, and were taken as missing; rows of its rotors that are not scored.
@@ -82,7 +82,7 @@ pub struct Comparison {
 impl Comparison {
     /// The block whose error stands highest over its noise floor. The whole chain is no block of its own.
     #[must_use]
-    pub fn worst(&self) -> Option<&Block> {
+    pub fn worst(&self) -> Option<&ScoredBlock> {
         let single = self.blocks.iter().filter(|block| block.name != "chain");
         single.max_by(|a, b| a.error.over_floor().total_cmp(&b.error.over_floor()))
     }
@@ -179,7 +179,7 @@ fn related_on_part(log: &ScreenedLog, rows: usize) -> Finding {
 
 /// The scores of a model's blocks, and the torque that it lacks.
 struct Scored {
-    blocks: Vec<Block>,
+    blocks: Vec<ScoredBlock>,
     unknown_torque: Option<UnknownTorque>,
     /// How many rows were asked what an error has to do with the channels, where that was not all.
     rows_related: Option<usize>,
@@ -196,7 +196,7 @@ fn scored(
     let related = spread(&runs, |run| Related::of(&run.rows, run.residual(log).into()));
     // One run after the other, each let go of before the next: of a long log all of them fill the memory.
     let score =
-        || -> Vec<Block> { runs.into_iter().map(|run| run.score(model, log, noise, config)).collect() };
+        || -> Vec<ScoredBlock> { runs.into_iter().map(|run| run.score(model, log, noise, config)).collect() };
     let (mut blocks, unknown_torque) = both(score, || unknown_torque::estimate(model, screened, noise));
     let mut unknown_torque = unknown_torque?;
     let of_torque =

@@ -2,7 +2,7 @@
 
 /// How a block was run; words in the JSON.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Run {
+pub enum RunMode {
     /// From the first row of each stretch without a hole.
     Free,
     /// Anew in windows of so many seconds, from the measured state.

@@ -6,7 +6,7 @@ use super::block_run::{BlockRun, NoisePath};
 use super::dependence::at_rows;
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
-use super::run::Run;
+use super::run::RunMode;
 use super::thresholds::THRESHOLDS;
 use super::trace::Trace;
 use super::{CompareConfig, gyro_block};
@@ -60,7 +60,7 @@ impl ErrorStatistics {
 /// A block that was run and scored.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
-pub struct Block {
+pub struct ScoredBlock {
     /// `actuator_1`, `actuator_2`, ..., `thrust_1`, ..., `body`, `sensors`, `chain`.
     pub name: String,
     /// Column it answers.
@@ -71,7 +71,7 @@ pub struct Block {
     pub driven_by: Vec<String>,
     /// How it was run.
     #[serde(skip)]
-    pub run: Run,
+    pub run: RunMode,
     /// Samples scored.
     pub samples: usize,
     /// How large the error is.
@@ -85,7 +85,13 @@ pub struct Block {
 
 impl BlockRun {
     /// Scores an error against the noise; what it has to do with the channels is another question.
-    pub(crate) fn score(self, model: &Model, log: &Dataset, noise: &Noise, config: &CompareConfig) -> Block {
+    pub(crate) fn score(
+        self,
+        model: &Model,
+        log: &Dataset,
+        noise: &Noise,
+        config: &CompareConfig,
+    ) -> ScoredBlock {
         let residual = &self.residual(log)[..];
         let error = self.error(residual, log, self.noise_floor(model, log, noise, config));
         let corner =
@@ -94,7 +100,7 @@ impl BlockRun {
         let interval = log.median_interval();
         let failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
         drop(time);
-        Block {
+        ScoredBlock {
             name: self.name.clone(),
             signal: self.signal.clone(),
             unit: self.unit,

@@ -77,7 +77,7 @@ pub struct Trace {
     pub(crate) rows: SampleRows,
     /// [s] of each row of the log.
     pub(crate) time: Cells,
-    pub(crate) measured: Measured,
+    pub(crate) measured: MeasuredSignal,
     /// In the signal's unit, of each sample.
     pub(crate) modelled: Cells,
     /// Which of what was measured is scored; `None` = all of it.
@@ -86,14 +86,14 @@ pub struct Trace {
 
 /// What was measured, in the signal's unit; not-a-number = not measured.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Measured {
+pub(crate) enum MeasuredSignal {
     /// In each row of the log.
     Column(Cells),
     /// In each sample: made of the log's columns.
     Own(Cells),
 }
 
-impl Default for Measured {
+impl Default for MeasuredSignal {
     fn default() -> Self {
         Self::Own(Cells::default())
     }
@@ -116,8 +116,8 @@ impl Trace {
     #[must_use]
     pub fn measured(&self) -> Cow<'_, [f64]> {
         match &self.measured {
-            Measured::Column(column) => self.rows.values(column),
-            Measured::Own(values) => Cow::Borrowed(values),
+            MeasuredSignal::Column(column) => self.rows.values(column),
+            MeasuredSignal::Own(values) => Cow::Borrowed(values),
         }
     }
 
@@ -131,8 +131,8 @@ impl Trace {
     #[must_use]
     pub fn measured_at(&self, sample: usize, row: usize) -> f64 {
         match &self.measured {
-            Measured::Column(column) => column[row],
-            Measured::Own(values) => values[sample],
+            MeasuredSignal::Column(column) => column[row],
+            MeasuredSignal::Own(values) => values[sample],
         }
     }
 
@@ -185,7 +185,7 @@ mod tests {
         let trace = Trace {
             rows: SampleRows::of(vec![1..3, 3..4]),
             time: vec![0.0, 0.1, 0.2, 0.3].into(),
-            measured: Measured::Column(vec![9.0, 1.0, f64::NAN, 3.0].into()),
+            measured: MeasuredSignal::Column(vec![9.0, 1.0, f64::NAN, 3.0].into()),
             modelled: vec![0.5, 0.5, 0.5].into(),
             in_part: Some(vec![false, true, true]),
         };

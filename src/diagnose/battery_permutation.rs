@@ -8,7 +8,7 @@
 
 use super::block_data::{BlockData, Runs};
 use super::candidate_set::Candidate;
-use super::progress::Event;
+use super::progress::SearchEvent;
 use super::search_result::SearchResult;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
@@ -85,7 +85,7 @@ impl Search<'_> {
                 &answer.model,
                 Some(THRESHOLDS.nearly_as_well * own),
             );
-            (self.progress)(Event::Fitted);
+            (self.progress)(SearchEvent::Fitted);
             cost <= (1.0 + THRESHOLDS.converged_cost) * own
         });
         let as_good = does_as_well.into_iter().filter(|it| *it).count();

@@ -9,7 +9,7 @@ use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::directions::Directions;
 use super::gyro_and_angle::BehindAngle;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::rotor_block::{RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Site, Term};
@@ -317,24 +317,24 @@ fn different_commands(log: &ScreenedLog) -> usize {
 
 /// Why an effect is not tried, or `None` when it can.
 #[must_use]
-pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<Refusal> {
+pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<EffectRefusal> {
     if model.has(&effect.id) {
-        return Some(Refusal::InModel);
+        return Some(EffectRefusal::InModel);
     }
     let term = effect.card.and_then(|card| card.acts_as);
     if term == Some(Term::VoltageDrop) && model.actuator.voltage_gain != 0.0 {
-        return Some(Refusal::InModelAs { parameter: "voltage_gain" });
+        return Some(EffectRefusal::InModelAs { parameter: "voltage_gain" });
     }
     // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
     if term == Some(Term::Cubic) && model.actuator.steady_rate.len() > 3 {
-        return Some(Refusal::CubicInCurve);
+        return Some(EffectRefusal::CubicInCurve);
     }
     // Where few levels are held, a grid is an offset of each of them at will.
     if matches!(effect.law, Law::PiecewiseConstant(_)) {
         let (commands, needed) =
             (logs.iter().map(different_commands).min().unwrap_or(0), THRESHOLDS.fewest_commands_for_grid);
         if commands < needed {
-            return Some(Refusal::TooFewCommands { commands, needed });
+            return Some(EffectRefusal::TooFewCommands { commands, needed });
         }
     }
     let lacking = effect.needs.iter().find_map(|need| {
@@ -347,17 +347,18 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
             }
         };
         // A torque command stands in for rotor rates only where the law does not look at them.
-        (!logs.iter().all(there)).then(|| Refusal::ColumnLacking { column: need.clone() })
+        (!logs.iter().all(there)).then(|| EffectRefusal::ColumnLacking { column: need.clone() })
     });
     let of_gyro = || {
         let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
         let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;
-        Some(Refusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
+        Some(EffectRefusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
     };
     lacking.or_else(of_gyro).or_else(|| {
         effect.card.filter(|card| card.needs_both_directions)?;
         let ways = Directions::of(&rotor_runs(logs), model.actuator.pole);
-        ways.is_one_way().then_some(Refusal::OneDirection { rising: ways.rising, falling: ways.falling })
+        ways.is_one_way()
+            .then_some(EffectRefusal::OneDirection { rising: ways.rising, falling: ways.falling })
     })
 }
 

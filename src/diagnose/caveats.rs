@@ -2,7 +2,7 @@
 
 use super::block_data::{BlockData, Runs};
 use super::directions::Directions;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
@@ -91,16 +91,16 @@ fn one_direction(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> 
 }
 
 /// The finding for data that cannot tell anything.
-fn insufficient(why: Refusal) -> Option<Finding> {
+fn insufficient(why: EffectRefusal) -> Option<Finding> {
     Some(match why {
         // Said of each rotor.
-        Refusal::ReadingsTooSeldom { .. } => return None,
-        Refusal::TooFewSamples { samples, needed } => {
+        EffectRefusal::ReadingsTooSeldom { .. } => return None,
+        EffectRefusal::TooFewSamples { samples, needed } => {
             Finding::new("too_few_samples", "").with("samples", samples).with("samples_needed", needed)
         }
-        Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
+        EffectRefusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
         // A finding of the logs.
-        Refusal::BodyHeldStill => return None,
+        EffectRefusal::BodyHeldStill => return None,
         _ => Finding::new("not_exciting", "commands"),
     })
 }

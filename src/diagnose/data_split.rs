@@ -2,7 +2,7 @@
 
 use super::block_data::{BlockData, Runs};
 use super::body_block::BodyRun;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
@@ -24,7 +24,7 @@ pub struct DataSplit {
     pub coarse: Option<BlockData>,
     /// The body was held still in all logs to fit on.
     pub is_body_held: bool,
-    too_seldom: Option<Refusal>,
+    too_seldom: Option<EffectRefusal>,
 }
 
 impl DataSplit {
@@ -79,12 +79,14 @@ impl DataSplit {
 
     /// Why the training data cannot tell anything about this block; `None` when they can.
     #[must_use]
-    pub fn insufficient_data(&self) -> Option<Refusal> {
+    pub fn insufficient_data(&self) -> Option<EffectRefusal> {
         let (samples, is_exciting, why) = match &self.train.runs {
-            Runs::Rotor(runs) => (longest_rotor(runs), is_any_moved(runs), Refusal::CommandsNotExciting),
+            Runs::Rotor(runs) => {
+                (longest_rotor(runs), is_any_moved(runs), EffectRefusal::CommandsNotExciting)
+            }
             Runs::Body(runs) => {
                 let samples = runs.iter().map(|run| run.rate.len()).sum::<usize>();
-                (samples, is_torque_moved(runs), Refusal::TorqueNotExciting)
+                (samples, is_torque_moved(runs), EffectRefusal::TorqueNotExciting)
             }
         };
         if self.too_seldom.is_some() {
@@ -92,10 +94,10 @@ impl DataSplit {
         }
         let needed = THRESHOLDS.fewest_samples;
         if self.is_body_held {
-            return Some(Refusal::BodyHeldStill);
+            return Some(EffectRefusal::BodyHeldStill);
         }
         if samples < needed {
-            return Some(Refusal::TooFewSamples { samples, needed });
+            return Some(EffectRefusal::TooFewSamples { samples, needed });
         }
         (!is_exciting).then_some(why)
     }
@@ -124,7 +126,7 @@ impl DataSplit {
         let intervals = runs.iter().filter_map(|run| reading_interval(&run.time, &run.measured));
         let pole = model.actuator.pole;
         let slow = intervals.reduce(f64::min).filter(|interval| is_too_seldom(*interval, pole));
-        self.too_seldom = slow.map(|interval| Refusal::ReadingsTooSeldom {
+        self.too_seldom = slow.map(|interval| EffectRefusal::ReadingsTooSeldom {
             rate_hz: interval.recip(),
             needed_hz: rate_needed(pole),
         });

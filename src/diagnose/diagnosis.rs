@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::not_named::NotNamed;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::thresholds::THRESHOLDS;
 use crate::model::{Measure, Model};
 use crate::screening::Finding;
@@ -151,7 +151,7 @@ pub struct RankedCandidate {
     /// Held-out error of the answer without it; `None`: not in the answer.
     pub drop_one: Option<f64>,
     /// Why it was not tried, or was refused after it had been.
-    pub refusal: Option<Refusal>,
+    pub refusal: Option<EffectRefusal>,
     /// Which condition it failed; `None`: it is named, was not tried, or is refused.
     pub not_named: Option<NotNamed>,
 }

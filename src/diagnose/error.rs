@@ -1,7 +1,7 @@
 //! Why there is no diagnosis, or no extension.
 
 use super::diagnosis::ErrorSummary;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use crate::model::ModelError;
 use crate::screening::{Finding, ScreeningError};
 use crate::unit::short;
@@ -21,11 +21,11 @@ pub enum DiagnoseError {
         /// Id.
         effect: String,
         /// Why.
-        why: Refusal,
+        why: EffectRefusal,
     },
     /// The logs cannot tell anything of the base's numbers.
     #[error("nothing to take over: {0}")]
-    NothingToRefit(Refusal),
+    NothingToRefit(EffectRefusal),
     /// No number of the model has to change.
     #[error("nothing to change: these logs do not ask for other numbers than the model has")]
     NothingChanged {

@@ -8,7 +8,7 @@ use super::data_split::DataSplit;
 use super::diagnosis::ErrorSummary;
 use super::pooled_logs;
 use super::refit::Near;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::search_result::SearchResult;
 use super::search_space::Search;
 use super::stretches::Stretches;
@@ -139,7 +139,7 @@ pub(crate) fn step(
 fn check_effects(model: &Model, ids: &[String], logs: &[ScreenedLog]) -> Result<(), DiagnoseError> {
     for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;
-        let twice = ids[..index].contains(id).then_some(Refusal::AskedTwice);
+        let twice = ids[..index].contains(id).then_some(EffectRefusal::AskedTwice);
         if let Some(why) = twice.or_else(|| super::block_builder::refusal(&effect, model, logs)) {
             return Err(DiagnoseError::Refused { effect: id.clone(), why });
         }
@@ -162,7 +162,8 @@ fn check_fitted(
             .filter(|log| is_of_body && log.body().is_some_and(ScreenedBody::is_held))
             .map(|log| log.source_name().to_owned())
             .collect();
-        let why = if held.is_empty() { Refusal::NoBlock } else { Refusal::BodyHeldIn { logs: held } };
+        let why =
+            if held.is_empty() { EffectRefusal::NoBlock } else { EffectRefusal::BodyHeldIn { logs: held } };
         return Err(DiagnoseError::Refused { effect: id.clone(), why });
     }
     // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.

@@ -5,7 +5,7 @@ use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::{improves, is_identifiable, over_floor, same_set};
 use super::parallel::run_promising;
-use super::progress::Event;
+use super::progress::SearchEvent;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Effect;
@@ -29,7 +29,7 @@ impl Search<'_> {
             // Alone no effect may gain enough, and two together may.
             let front = if falls { &paying } else { &identifiable };
             let Some(best) = front.first().map(|best| (*best).clone()) else { return };
-            (self.progress)(Event::Leading(&best.effects));
+            (self.progress)(SearchEvent::Leading(&best.effects));
             let floors = split.validate.white_floors(&best.held_out.residuals.all(), best.model.body.inertia);
             let over = over_floor(split, if falls { &best } else { &before }, &floors).0;
             let is_done = over < THRESHOLDS.done_at_floor;

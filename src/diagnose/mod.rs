@@ -69,7 +69,7 @@ pub use diagnosis::{Diagnosis, Verdict};
 pub use error::DiagnoseError;
 pub(crate) use extend::step;
 pub use extend::{Extension, extend};
-pub use progress::Event;
+pub use progress::SearchEvent;
 pub use rotors::{CommonNumber, RotorDiagnoses, RotorDiagnosis};
 
 /// Finds what the model is missing; `progress` hears how far the search is.
@@ -81,7 +81,7 @@ pub fn diagnose(
     train: &[ScreenedLog],
     validate: &[ScreenedLog],
     config: &DiagnoseConfig,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     Ok(search_blocks(model, (train, validate), config, progress, false)?.diagnosis)
 }
@@ -102,7 +102,7 @@ pub(crate) fn diagnose_blocks(
     model: &Model,
     logs: (&[ScreenedLog], &[ScreenedLog]),
     config: &DiagnoseConfig,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Result<SearchedBlocks, DiagnoseError> {
     search_blocks(model, logs, config, progress, true)
 }
@@ -111,7 +111,7 @@ fn search_blocks(
     model: &Model,
     (train, validate): (&[ScreenedLog], &[ScreenedLog]),
     config: &DiagnoseConfig,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
     keeps_blocks: bool,
 ) -> Result<SearchedBlocks, DiagnoseError> {
     let known = model.known_effects()?;
@@ -140,7 +140,7 @@ struct DiagnosisTask<'a> {
     /// All of them: what they lack is not tried.
     logs: &'a [ScreenedLog],
     config: &'a DiagnoseConfig,
-    progress: &'a (dyn Fn(Event) + Sync),
+    progress: &'a (dyn Fn(SearchEvent) + Sync),
     /// Whether somebody goes on with the stretches that were searched.
     keeps_blocks: bool,
 }

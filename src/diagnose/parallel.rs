@@ -4,7 +4,7 @@ use super::candidate::StartingPoints;
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::progress::Event;
+use super::progress::SearchEvent;
 use super::thresholds::THRESHOLDS;
 use crate::threads::{spread, spread_out};
 
@@ -12,18 +12,22 @@ use crate::threads::{spread, spread_out};
 pub fn run_all(
     candidates: &[Candidate],
     split: &DataSplit,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<CandidateFit> {
     spread(candidates, |candidate| {
         let fitted = candidate.run(split);
-        progress(Event::Fitted);
+        progress(SearchEvent::Fitted);
         reported(fitted, split, progress)
     })
 }
 
 /// A candidate that was fitted to the end, `progress` having heard what it leaves.
-fn reported(fitted: CandidateFit, split: &DataSplit, progress: &(dyn Fn(Event) + Sync)) -> CandidateFit {
-    progress(Event::Tried { effects: &fitted.effects, over_noise: fitted.validate(split).sqrt() });
+fn reported(
+    fitted: CandidateFit,
+    split: &DataSplit,
+    progress: &(dyn Fn(SearchEvent) + Sync),
+) -> CandidateFit {
+    progress(SearchEvent::Tried { effects: &fitted.effects, over_noise: fitted.validate(split).sqrt() });
     fitted
 }
 
@@ -32,13 +36,13 @@ fn reported(fitted: CandidateFit, split: &DataSplit, progress: &(dyn Fn(Event) +
 pub fn run_singles(
     candidates: &[Candidate],
     split: &DataSplit,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<CandidateFit> {
     if split.train.is_rotor() || split.coarse.is_none() {
         return run_all(candidates, split, progress);
     }
     let fitted_briefly = spread(candidates, |candidate| {
-        progress(Event::Fitted);
+        progress(SearchEvent::Fitted);
         candidate.fit_briefly(candidate.starting_points(split), split, None)
     });
     let best = fitted_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
@@ -55,7 +59,7 @@ pub fn run_promising(
     groups: &[Vec<Candidate>],
     (most, finished): (usize, usize),
     split: &DataSplit,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<CandidateFit> {
     let all: Vec<(usize, &Candidate)> = groups
         .iter()
@@ -63,7 +67,7 @@ pub fn run_promising(
         .flat_map(|(group, candidates)| candidates.iter().map(move |candidate| (group, candidate)))
         .collect();
     let scored = spread(&all, |(_, candidate)| {
-        progress(Event::Fitted);
+        progress(SearchEvent::Fitted);
         candidate.starting_points(split)
     });
     let mut scored: Vec<((usize, &Candidate), StartingPoints)> = all.into_iter().zip(scored).collect();

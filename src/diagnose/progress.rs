@@ -2,7 +2,7 @@
 
 /// Something that a search has come to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event<'a> {
+pub enum SearchEvent<'a> {
     /// One more candidate was fitted.
     Fitted,
     /// These effects, fitted to the end, leave so much.

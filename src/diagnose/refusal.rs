@@ -13,7 +13,7 @@ fn tenths(value: f64) -> String {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
-pub enum Refusal {
+pub enum EffectRefusal {
     /// The effect is in the model.
     #[error("the model has it")]
     InModel,

@@ -5,7 +5,7 @@ use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::{indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
@@ -38,7 +38,7 @@ impl Search<'_> {
         let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };
         fits.retain(|fitted| !fitted.effects.iter().any(|id| ids.contains(id)));
         let mut eligible = self.eligible.clone();
-        let refusal = Refusal::BatteryByChance { p_value };
+        let refusal = EffectRefusal::BatteryByChance { p_value };
         for (_, why) in eligible.iter_mut().filter(|(effect, _)| ids.contains(&effect.id)) {
             *why = Some(refusal.clone());
         }

@@ -4,7 +4,7 @@ use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::model_selection::{floor, joint_floors, over_floor};
 use super::not_named::NotNamed;
-use super::refusal::Refusal;
+use super::refusal::EffectRefusal;
 use super::surrogate_test::SurrogateTest;
 use super::thresholds::THRESHOLDS;
 
@@ -18,7 +18,7 @@ pub struct SingleEffect {
     /// What its shifted traces do; `None` when it was not tried.
     pub surrogate: Option<SurrogateTest>,
     /// Why it was not tried, or why it was refused after it had been.
-    pub refusal: Option<Refusal>,
+    pub refusal: Option<EffectRefusal>,
     /// Which condition it failed in the search of its block; `None` where it was named, not tried or refused.
     pub not_named: Option<NotNamed>,
 }

@@ -4,8 +4,8 @@ use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::weigh_channels;
-use super::progress::Event;
-use super::refusal::Refusal;
+use super::progress::SearchEvent;
+use super::refusal::EffectRefusal;
 use crate::model::{Effect, Model};
 
 /// A search under way.
@@ -15,9 +15,9 @@ pub struct Search<'a> {
     /// Every effect there is.
     pub known: &'a [Effect],
     /// Those that this block and these logs can show, and why the others cannot be.
-    pub eligible: Vec<(&'a Effect, Option<Refusal>)>,
+    pub eligible: Vec<(&'a Effect, Option<EffectRefusal>)>,
     /// Hears how far it is.
-    pub progress: &'a (dyn Fn(Event) + Sync),
+    pub progress: &'a (dyn Fn(SearchEvent) + Sync),
 }
 
 impl<'a> Search<'a> {

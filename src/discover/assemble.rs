@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, Shape, ShapePoint, TellApart};
 use super::channels::LawInput;
 use super::formula::{Formula, LawTask};
-use super::law::{Law, Term, unit_at};
+use super::law::{CandidateLaw, LawTerm, unit_at};
 use super::places::PlaceScore;
 use super::search::BlockResult;
 use super::thresholds::THRESHOLDS;
@@ -86,7 +86,7 @@ pub(crate) fn conclude(
 fn of_law(
     answer: &mut Discovery,
     searched: &BlockResult,
-    law: &Law,
+    law: &CandidateLaw,
     ((blocks, verdicts, index), result): ((&[SearchResult], &[Verdict], usize), SearchResult),
     config: &DiagnoseConfig,
 ) {
@@ -97,7 +97,7 @@ fn of_law(
     let user = law.at(found, asked.id).user_effect(asked.id, &law.coefficients_in(found, asked.id));
     answer.site = Some(law.site);
     answer.channels = names(law.channels().into_iter());
-    answer.forms = law.at(found, asked.id).terms.iter().map(Term::shown_form).collect();
+    answer.forms = law.at(found, asked.id).terms.iter().map(LawTerm::shown_form).collect();
     answer.expression = Some(user.expression.clone());
     answer.effects.clone_from(&asked.start.effects);
     // What was left of this block without the law is no news.
@@ -198,7 +198,7 @@ fn shares(searched: &BlockResult) -> Vec<PlaceShare> {
 }
 
 /// The parameters of the law with the standard errors of the answer.
-fn numbers(model: &Model, searched: &BlockResult, law: &Law) -> BTreeMap<String, FoundParameter> {
+fn numbers(model: &Model, searched: &BlockResult, law: &CandidateLaw) -> BTreeMap<String, FoundParameter> {
     let id = searched.task.id;
     let coefficients = law.coefficients_in(model, id);
     let of = |parameter: crate::model::UserParameter| {
@@ -211,11 +211,11 @@ fn numbers(model: &Model, searched: &BlockResult, law: &Law) -> BTreeMap<String,
 }
 
 /// What a law adds along one channel; `None` where it looks at others, or is not a number.
-fn along(law: &Law, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+fn along(law: &CandidateLaw, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let channels = law.channels();
     let [only] = channels[..] else { return None };
     // What remembers is no function of where the channel is.
-    if law.terms.iter().any(Term::remembers) {
+    if law.terms.iter().any(LawTerm::remembers) {
         return None;
     }
     let user = law.user_effect("law", coefficients);
@@ -331,7 +331,7 @@ impl<'a> Shaped<'a> {
         Some(Self { place, explained: share(searched, place), variance })
     }
 
-    fn drawn(&self, formula: Option<(&Law, &Vec<f64>)>) -> Shape {
+    fn drawn(&self, formula: Option<(&CandidateLaw, &Vec<f64>)>) -> Shape {
         let channels = &self.place.place.channels;
         let count = self.place.score.coefficients.len();
         let knots = if channels.len() > 1 { THRESHOLDS.pair_knots } else { count };

@@ -2,7 +2,7 @@
 //! may start.
 
 use super::channels::LawInput;
-use super::law::{Inner, Part, Term, over};
+use super::law::{Inner, LawTerm, TermPart, over};
 use crate::effect::Site;
 
 /// Places over a channel's range, or sizes over its size, at which thresholds are tried.
@@ -24,8 +24,8 @@ const PHASE_STEP: f64 = 0.7;
 /// Phases [rad] at a range's ends of the longest and the shortest waves, counted in steps.
 const WAVES: std::ops::Range<usize> = 3..64;
 
-fn part(text: &'static str, x: f64, y: f64) -> Part {
-    Part { text: text.into(), powers: [x, y] }
+fn part(text: &'static str, x: f64, y: f64) -> TermPart {
+    TermPart { text: text.into(), powers: [x, y] }
 }
 
 /// A number in a unit that is the channel's to a power; values are tried twice `step` apart.
@@ -44,8 +44,8 @@ fn sized(value: f64) -> (f64, f64) {
 }
 
 /// Terms of one channel; `lines` [rad/s] are frequencies that the residual has.
-pub(crate) fn of_one(channel: &LawInput, lines: &[f64]) -> Vec<Term> {
-    let term = |form: &'static str, parts: Vec<Part>, inner: Vec<Inner>| Term {
+pub(crate) fn of_one(channel: &LawInput, lines: &[f64]) -> Vec<LawTerm> {
+    let term = |form: &'static str, parts: Vec<TermPart>, inner: Vec<Inner>| LawTerm {
         form,
         parts,
         inner,
@@ -67,9 +67,9 @@ pub(crate) fn of_one(channel: &LawInput, lines: &[f64]) -> Vec<Term> {
     terms
 }
 
-type MakeTerm<'a> = &'a dyn Fn(&'static str, Vec<Part>, Vec<Inner>) -> Term;
+type MakeTerm<'a> = &'a dyn Fn(&'static str, Vec<TermPart>, Vec<Inner>) -> LawTerm;
 
-fn of_time(channel: &LawInput, lines: &[f64], term: MakeTerm) -> Vec<Term> {
+fn of_time(channel: &LawInput, lines: &[f64], term: MakeTerm) -> Vec<LawTerm> {
     let range = channel.range();
     let mut terms = vec![term("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
     // The clock of a log need not begin when the drift did.
@@ -87,7 +87,7 @@ fn of_time(channel: &LawInput, lines: &[f64], term: MakeTerm) -> Vec<Term> {
 }
 
 /// Of a channel with two sides.
-fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
+fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
     let size = channel.size();
     let mut terms = vec![
         term("absolute", vec![part("abs($x)", 1.0, 0.0)], Vec::new()),
@@ -111,7 +111,7 @@ fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
 }
 
 /// Of a place in a channel's range.
-fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
+fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
     let (low, range) = (channel.low, channel.range());
     let mut terms = Vec::new();
     for share in TENTHS {
@@ -131,7 +131,7 @@ fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
 }
 
 /// Waves over a channel, of any phase; of a channel with two sides odd and even ones, too.
-fn waves(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
+fn waves(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
     let mut terms = Vec::new();
     for step in WAVES {
         let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
@@ -148,10 +148,10 @@ fn waves(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
 }
 
 /// Terms of two channels, the second of which counts as it is.
-pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<Term> {
-    let term = |form: &'static str, text: &'static str, powers: [f64; 2], inner: Vec<Inner>| Term {
+pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<LawTerm> {
+    let term = |form: &'static str, text: &'static str, powers: [f64; 2], inner: Vec<Inner>| LawTerm {
         form,
-        parts: vec![Part { text: text.into(), powers }],
+        parts: vec![TermPart { text: text.into(), powers }],
         inner,
         channels: vec![first.clone(), second.clone()],
     };
@@ -185,8 +185,8 @@ pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<Term> {
 }
 
 /// Terms that remember where a channel was, of any law at `site` that may.
-pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<Term> {
-    let term = |form: &'static str, text: &'static str, inner: Inner| Term {
+pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<LawTerm> {
+    let term = |form: &'static str, text: &'static str, inner: Inner| LawTerm {
         form,
         parts: vec![part(text, 1.0, 0.0)],
         inner: vec![inner],
@@ -215,7 +215,7 @@ pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<Term> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::law::Law;
+    use super::super::law::CandidateLaw;
     use super::*;
     use crate::model::Model;
 
@@ -237,7 +237,7 @@ mod tests {
             .into_iter()
             .flat_map(|(site, terms)| terms.into_iter().map(move |it| (site, vec![it])));
         for (site, terms) in twice.chain(once) {
-            let law = Law { site, terms };
+            let law = CandidateLaw { site, terms };
             let mut model = Model::paper();
             model.user_effects.push(law.user_effect("a_law", &vec![1.0; law.coefficients()]));
             let effect =

@@ -1,6 +1,6 @@
 //! Formulas refitted by output error through the whole simulation, everything else beside them.
 
-use super::law::Law;
+use super::law::CandidateLaw;
 use super::linear::Numbers;
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::candidate_fit::CandidateFit;
@@ -34,7 +34,7 @@ pub(crate) struct LawTask<'a> {
 #[derive(Debug, Clone)]
 pub(crate) struct Formula {
     /// Its inner numbers are those found.
-    pub law: Law,
+    pub law: CandidateLaw,
     pub fitted: CandidateFit,
 }
 
@@ -92,7 +92,7 @@ impl<'a> LawTask<'a> {
     }
 
     /// The models with the law known to them, its coefficients to start at these values.
-    pub fn with_law(&self, law: &Law, coefficients: &[f64]) -> Option<WithLaw> {
+    pub fn with_law(&self, law: &CandidateLaw, coefficients: &[f64]) -> Option<WithLaw> {
         let user = law.user_effect(self.id, coefficients);
         let add = |model: &Model| {
             let mut model = model.clone();
@@ -109,7 +109,7 @@ impl<'a> LawTask<'a> {
 
     /// The law beside everything else, refitted through the simulation, from the best of these values of the model's own numbers and
     /// those of the start.
-    pub fn refit(&self, law: &Law, coefficients: &[f64], numbers: &[Numbers]) -> Option<Formula> {
+    pub fn refit(&self, law: &CandidateLaw, coefficients: &[f64], numbers: &[Numbers]) -> Option<Formula> {
         let models = self.with_law(law, coefficients)?;
         let search = models.search();
         let base_names = self.split().base_parameters(self.model);
@@ -195,7 +195,7 @@ pub(crate) fn simplest(task: &LawTask, mut formulas: Vec<Formula>) -> Option<(Fo
     formulas.retain(|formula| loss(formula) <= limit && !is_beaten(formula));
     // As many numbers: what fits better. One more number must show.
     let order = |formula: &Formula| (formula.law.numbers(), formula.law.channels().len());
-    let least = |formulas: &[Formula], is_asked: &dyn Fn(&Law) -> bool| {
+    let least = |formulas: &[Formula], is_asked: &dyn Fn(&CandidateLaw) -> bool| {
         let asked = (0..formulas.len()).filter(|index| is_asked(&formulas[*index].law));
         asked.min_by(|a, b| {
             let (a, b) = (&formulas[*a], &formulas[*b]);

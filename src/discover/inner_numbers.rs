@@ -1,12 +1,12 @@
 //! The inner numbers of a law moved to where one step does best, before the whole simulation refits it: a wave that is off by half a
 //! radian at the ends of its range starts in another valley than the one that it belongs to.
 
-use super::law::Law;
-use super::linear::{Linear, Score};
+use super::law::CandidateLaw;
+use super::linear::{LinearizedBlock, Score};
 use super::thresholds::THRESHOLDS;
 
 /// The law with its inner numbers moved, one after the other, and what one step with it does.
-pub(crate) fn polished(linear: &Linear, law: &Law, score: &Score) -> (Law, Score) {
+pub(crate) fn polished(linear: &LinearizedBlock, law: &CandidateLaw, score: &Score) -> (CandidateLaw, Score) {
     let mut best = (law.clone(), score.clone());
     let mut share = 1.0;
     for _ in 0..THRESHOLDS.inner_rounds {
@@ -22,7 +22,12 @@ pub(crate) fn polished(linear: &Linear, law: &Law, score: &Score) -> (Law, Score
 
 /// Moves one number to the best of three places beside it: a step up, a step down, and where the parabola through these has its
 /// lowest point.
-fn move_one(linear: &Linear, best: &mut (Law, Score), (term, inner): (usize, usize), share: f64) {
+fn move_one(
+    linear: &LinearizedBlock,
+    best: &mut (CandidateLaw, Score),
+    (term, inner): (usize, usize),
+    share: f64,
+) {
     let from = best.0.terms[term].inner[inner].clone();
     let here = best.1.loss();
     let step = share * from.step;

@@ -30,7 +30,7 @@ impl Inner {
 
 /// A part of a term: a function of its channels, with the powers of their units that it has.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct TermPart {
     /// `$x` and `$y` stand for the channels, `$a` and others for inner numbers.
     pub text: Cow<'static, str>,
     pub powers: [f64; 2],
@@ -38,19 +38,19 @@ pub(crate) struct Part {
 
 /// A term: parts with a coefficient each.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Term {
+pub(crate) struct LawTerm {
     /// What kind of function it is.
     pub form: &'static str,
-    pub parts: Vec<Part>,
+    pub parts: Vec<TermPart>,
     pub inner: Vec<Inner>,
     pub channels: Vec<LawInput>,
 }
 
 /// A formula at a site.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Law {
+pub(crate) struct CandidateLaw {
     pub site: Site,
-    pub terms: Vec<Term>,
+    pub terms: Vec<LawTerm>,
 }
 
 /// The SI unit of what a law adds at a site.
@@ -99,7 +99,7 @@ pub(crate) fn over(unit: &str, divisors: &[(&str, f64)]) -> String {
 /// Letters of the coefficients of a term's parts.
 const COEFFICIENTS: [&str; 3] = ["k", "q", "r"];
 
-impl Term {
+impl LawTerm {
     /// The name of a number in the formula's term `index`.
     fn name(letter: &str, index: usize) -> String {
         if index == 0 { letter.to_owned() } else { format!("{letter}{}", index + 1) }
@@ -115,7 +115,7 @@ impl Term {
     }
 
     /// A part as an expression in term `index`.
-    fn written(&self, part: &Part, index: usize) -> String {
+    fn written(&self, part: &TermPart, index: usize) -> String {
         let mut text = part.text.clone().into_owned();
         for (letter, channel) in ["$x", "$y"].iter().zip(&self.channels) {
             text = text.replace(letter, channel.signal);
@@ -145,13 +145,13 @@ impl Term {
 
     /// Its expression in term `index`.
     fn expression(&self, index: usize) -> String {
-        let part = |(part, name): (&Part, String)| format!("{name}*{}", self.written(part, index));
+        let part = |(part, name): (&TermPart, String)| format!("{name}*{}", self.written(part, index));
         self.parts.iter().zip(self.coefficient_names(index)).map(part).collect::<Vec<_>>().join(" + ")
     }
 
     /// Its parameters in term `index`: coefficients, then inner numbers.
     fn parameters(&self, site: Site, index: usize, coefficients: &[f64]) -> Vec<UserParameter> {
-        let of_part = |((part, name), value): ((&Part, String), &f64)| {
+        let of_part = |((part, name), value): ((&TermPart, String), &f64)| {
             let units: Vec<(&str, f64)> =
                 self.channels.iter().map(|channel| channel.unit).zip(part.powers).collect();
             let most = three_digits(1e3 * value.abs().max(f64::MIN_POSITIVE));
@@ -181,7 +181,7 @@ fn three_digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-impl Law {
+impl CandidateLaw {
     /// How many coefficients it has.
     #[cfg(test)]
     pub fn coefficients(&self) -> usize {
@@ -249,7 +249,7 @@ impl Law {
         let mut law = self.clone();
         for (index, term) in law.terms.iter_mut().enumerate() {
             for inner in &mut term.inner {
-                let name = format!("{id}.{}", Term::name(&inner.letter.to_string(), index));
+                let name = format!("{id}.{}", LawTerm::name(&inner.letter.to_string(), index));
                 inner.value = model.parameter(&name).unwrap_or(inner.value);
             }
         }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::law::{Law, usual_size};
+use super::law::{CandidateLaw, usual_size};
 use super::measured_path::{Torques, torques, with_torques};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
@@ -31,7 +31,7 @@ pub(crate) type FittedAndHeldOut = [Vec<f64>; 2];
 pub(crate) type Numbers = Vec<(String, f64)>;
 
 /// A block and its data under a model that has been fitted.
-pub(crate) struct Linear<'a> {
+pub(crate) struct LinearizedBlock<'a> {
     model: &'a Model,
     known: &'a [Effect],
     data: [BlockData; 2],
@@ -74,7 +74,7 @@ impl Score {
     }
 }
 
-impl<'a> Linear<'a> {
+impl<'a> LinearizedBlock<'a> {
     /// The block under `fitted`, of whose numbers `names` are free; `known` has its effects.
     pub fn new(
         split: &'a DataSplit,
@@ -148,7 +148,7 @@ impl<'a> Linear<'a> {
 
     /// How they move by each coefficient of a law, its inner numbers held; `None` where it has no value on these data. A law that adds
     /// to the torque does so along the path that was measured, others in the simulation.
-    pub fn columns(&self, law: &Law) -> Option<Vec<FittedAndHeldOut>> {
+    pub fn columns(&self, law: &CandidateLaw) -> Option<Vec<FittedAndHeldOut>> {
         let names = law.coefficient_names();
         let count = names.len();
         // Behind a delay of the torque what a law adds at the pivot is not to be late.

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::law::{Law, Term};
+use super::law::{CandidateLaw, LawTerm};
 use crate::diagnose::block_data::{BlockData, Runs};
 use crate::diagnose::body_block::BodyRun;
 use crate::effect::signals;
@@ -15,10 +15,15 @@ pub(crate) type Torques = Vec<Vec<f64>>;
 
 /// What one coefficient of a law adds to the torque of each run, per unit of it; `None` where the law acts elsewhere, remembers, or
 /// looks at what was not measured.
-pub(crate) fn torques(data: &BlockData, model: &Model, law: &Law, coefficient: usize) -> Option<Torques> {
+pub(crate) fn torques(
+    data: &BlockData,
+    model: &Model,
+    law: &CandidateLaw,
+    coefficient: usize,
+) -> Option<Torques> {
     let Runs::Body(runs) = &data.runs else { return None };
     let is_force = matches!(law.site, Site::Torque | Site::Thrust);
-    if !is_force || law.terms.iter().any(Term::remembers) {
+    if !is_force || law.terms.iter().any(LawTerm::remembers) {
         return None;
     }
     let names = law.coefficient_names();
@@ -118,11 +123,11 @@ mod tests {
         BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..100, source, 0.4)]))
     }
 
-    fn law(site: Site, channel: &LawInput, form: &str, inner: f64) -> Law {
+    fn law(site: Site, channel: &LawInput, form: &str, inner: f64) -> CandidateLaw {
         let mut terms = of_one(channel, &[]).into_iter();
         let mut term = terms.find(|term| term.form == form).expect("a form of the library");
         term.inner.iter_mut().for_each(|number| number.value = inner);
-        Law { site, terms: vec![term] }
+        CandidateLaw { site, terms: vec![term] }
     }
 
     fn angle() -> LawInput {
@@ -161,7 +166,7 @@ mod tests {
         let teeth = law(Site::Torque, &angle(), "wave", 60.0);
         assert_eq!(torques(&body(false), &Model::paper(), &teeth, 0), None);
         assert_eq!(
-            torques(&body(true), &Model::paper(), &Law { site: Site::BodyRateSensor, ..teeth }, 0),
+            torques(&body(true), &Model::paper(), &CandidateLaw { site: Site::BodyRateSensor, ..teeth }, 0),
             None
         );
     }

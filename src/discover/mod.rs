@@ -18,7 +18,7 @@ mod places;
 mod search;
 pub mod thresholds;
 
-use crate::diagnose::{DiagnoseConfig, DiagnoseError, Event, Verdict, diagnose_blocks};
+use crate::diagnose::{DiagnoseConfig, DiagnoseError, SearchEvent, Verdict, diagnose_blocks};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 use formula::LawTask;
@@ -37,7 +37,7 @@ pub fn discover(
     train: &[ScreenedLog],
     validate: &[ScreenedLog],
     config: &DiagnoseConfig,
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Result<Discovery, DiagnoseError> {
     let searched = diagnose_blocks(model, (train, validate), config, progress)?;
     let over = |index: &usize| {

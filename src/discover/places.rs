@@ -2,8 +2,8 @@
 //! much of the error a law there could explain at most.
 
 use super::channels::{LawInput, Outlook};
-use super::law::{Law, Part, Term};
-use super::linear::{FittedAndHeldOut, Linear, Score};
+use super::law::{CandidateLaw, LawTerm, TermPart};
+use super::linear::{FittedAndHeldOut, LinearizedBlock, Score};
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::threads::spread;
@@ -20,7 +20,7 @@ pub(crate) struct Place {
 pub(crate) struct PlaceScore {
     pub place: Place,
     /// The function: hats over its knots.
-    pub law: Law,
+    pub law: CandidateLaw,
     pub score: Score,
 }
 
@@ -41,7 +41,7 @@ impl Place {
     }
 
     /// A function of its channels that is linear between knots.
-    pub fn shape(&self, knots: usize) -> Law {
+    pub fn shape(&self, knots: usize) -> CandidateLaw {
         let parts = match &self.channels[..] {
             [only] => (0..knots).map(|knot| hat("$x", only, knot, knots)).collect::<Vec<_>>(),
             [first, second, ..] => {
@@ -53,10 +53,13 @@ impl Place {
             }
             [] => Vec::new(),
         };
-        let part = |text: String| Part { text: text.into(), powers: [0.0, 0.0] };
+        let part = |text: String| TermPart { text: text.into(), powers: [0.0, 0.0] };
         let parts = parts.into_iter().map(part).collect();
         let channels = self.channels.clone();
-        Law { site: self.site, terms: vec![Term { form: "shape", parts, inner: Vec::new(), channels }] }
+        CandidateLaw {
+            site: self.site,
+            terms: vec![LawTerm { form: "shape", parts, inner: Vec::new(), channels }],
+        }
     }
 }
 
@@ -77,7 +80,7 @@ fn bare_hat(variable: &str, channel: &LawInput, knot: usize, knots: usize) -> St
 }
 
 /// Smooth functions at every place of one channel, the best first, and what is there without one.
-pub(crate) fn scores(linear: &Linear, places: &[Place]) -> Vec<PlaceScore> {
+pub(crate) fn scores(linear: &LinearizedBlock, places: &[Place]) -> Vec<PlaceScore> {
     let found = spread(places, |place| {
         if place.channels.len() > 1 {
             return with_knots(linear, place, THRESHOLDS.pair_knots);
@@ -97,7 +100,7 @@ pub(crate) fn scores(linear: &Linear, places: &[Place]) -> Vec<PlaceScore> {
     found
 }
 
-fn with_knots(linear: &Linear, place: &Place, knots: usize) -> Option<PlaceScore> {
+fn with_knots(linear: &LinearizedBlock, place: &Place, knots: usize) -> Option<PlaceScore> {
     let law = place.shape(knots);
     let columns = columns_of_parts(linear, &law)?;
     let score = linear.score(&columns, THRESHOLDS.ridge)?;
@@ -106,11 +109,11 @@ fn with_knots(linear: &Linear, place: &Place, knots: usize) -> Option<PlaceScore
 
 /// The columns of each part by itself: a run with all parts in it costs as much as each of them. A part that no row comes near to moves
 /// nothing.
-fn columns_of_parts(linear: &Linear, law: &Law) -> Option<Vec<FittedAndHeldOut>> {
+fn columns_of_parts(linear: &LinearizedBlock, law: &CandidateLaw) -> Option<Vec<FittedAndHeldOut>> {
     let term = law.terms.first()?;
-    let of = |part: &Part| {
-        let term = Term { parts: vec![part.clone()], ..term.clone() };
-        let column = linear.columns(&Law { site: law.site, terms: vec![term] });
+    let of = |part: &TermPart| {
+        let term = LawTerm { parts: vec![part.clone()], ..term.clone() };
+        let column = linear.columns(&CandidateLaw { site: law.site, terms: vec![term] });
         column.and_then(|columns| columns.into_iter().next()).unwrap_or_else(|| linear.nothing())
     };
     Some(term.parts.iter().map(of).collect())

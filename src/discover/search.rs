@@ -4,12 +4,12 @@ use super::channels::{LawInput, Outlook, outlooks};
 use super::forms;
 use super::formula::{Formula, LawTask, simplest};
 use super::inner_numbers::polished;
-use super::law::{Law, Term};
-use super::linear::{Linear, Score};
+use super::law::{CandidateLaw, LawTerm};
+use super::linear::{LinearizedBlock, Score};
 use super::lines::lines;
 use super::places::{Place, PlaceScore, scores};
 use super::thresholds::THRESHOLDS;
-use crate::diagnose::Event;
+use crate::diagnose::SearchEvent;
 use crate::diagnose::candidate_fit::CandidateFit;
 use crate::effect::Site;
 use crate::effect::signals;
@@ -45,7 +45,7 @@ impl BlockResult<'_> {
 
 /// Beside the refitted base; and where that does not come to the noise, beside the base as it is, and beside what the catalogue
 /// explains a part with.
-pub(crate) fn search<'a>(task: &LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> BlockResult<'a> {
+pub(crate) fn search<'a>(task: &LawTask<'a>, progress: &(dyn Fn(SearchEvent) + Sync)) -> BlockResult<'a> {
     let mut alone = from_start(*task, progress);
     if !alone.reaches() && has_moved(task) {
         // A number that went far off took up a part of what is missing: beside it no law is what it is.
@@ -93,7 +93,7 @@ fn without_effects(task: &LawTask, formula: &Formula, beside: &BlockResult) -> O
     (gains && task.loss(&plain.fitted) <= limit).then_some(plain)
 }
 
-fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> BlockResult<'a> {
+fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(SearchEvent) + Sync)) -> BlockResult<'a> {
     let nothing = BlockResult {
         task,
         formula: None,
@@ -103,7 +103,7 @@ fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> Block
         confidence: None,
     };
     let names = task.free_names();
-    let Some(linear) = Linear::new(task.split(), task.start, &names, task.known) else {
+    let Some(linear) = LinearizedBlock::new(task.split(), task.start, &names, task.known) else {
         return nothing;
     };
     let Some(without) = linear.without() else { return nothing };
@@ -139,7 +139,7 @@ fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> Block
 }
 
 /// Every place with its smooth function, the best first: those of two channels where the second pays.
-fn places(linear: &Linear, outlooks: &[Outlook]) -> Vec<PlaceScore> {
+fn places(linear: &LinearizedBlock, outlooks: &[Outlook]) -> Vec<PlaceScore> {
     let mut places = scores(linear, &Place::all(outlooks, false));
     let pairs = scores(linear, &Place::all(outlooks, true));
     let best_single = places.first().map_or(f64::INFINITY, |place| place.score.held_out);
@@ -168,32 +168,32 @@ fn promising<'a>(places: &'a [PlaceScore], without: &Score) -> Vec<&'a PlaceScor
 }
 
 /// Laws of one term at the places.
-fn laws(places: &[&Place], lines: &[f64]) -> Vec<Law> {
-    let of = |place: &&Place| -> Vec<Law> {
-        let terms: Vec<Term> = match &place.channels[..] {
+fn laws(places: &[&Place], lines: &[f64]) -> Vec<CandidateLaw> {
+    let of = |place: &&Place| -> Vec<CandidateLaw> {
+        let terms: Vec<LawTerm> = match &place.channels[..] {
             [only] => forms::of_one(only, lines),
             [first, second, ..] => [forms::of_two(first, second), forms::of_two(second, first)].concat(),
             [] => Vec::new(),
         };
-        terms.into_iter().map(|term| Law { site: place.site, terms: vec![term] }).collect()
+        terms.into_iter().map(|term| CandidateLaw { site: place.site, terms: vec![term] }).collect()
     };
     places.iter().flat_map(of).collect()
 }
 
 /// Waves where a smooth function shows little: teeth finer than its knots are none to it.
-fn waves(outlooks: &[Outlook], tried: &[&Place]) -> Vec<Law> {
+fn waves(outlooks: &[Outlook], tried: &[&Place]) -> Vec<CandidateLaw> {
     let singles = Place::all(outlooks, false);
     let others: Vec<&Place> = singles.iter().filter(|place| !tried.contains(place)).collect();
-    laws(&others, &[]).into_iter().filter(|law| law.terms.iter().all(Term::is_wave)).collect()
+    laws(&others, &[]).into_iter().filter(|law| law.terms.iter().all(LawTerm::is_wave)).collect()
 }
 
 /// Laws that remember what the command was, or where the body has been.
-fn remembering(outlooks: &[Outlook]) -> Vec<Law> {
+fn remembering(outlooks: &[Outlook]) -> Vec<CandidateLaw> {
     let of = |(site, signal): (Site, &str)| {
         let mut channels = outlooks.iter().flat_map(|outlook| &outlook.channels);
         let channel = channels.find(|channel| channel.signal == signal);
         let terms = channel.map_or_else(Vec::new, |channel| forms::of_memory(site, channel));
-        terms.into_iter().map(move |term| Law { site, terms: vec![term] })
+        terms.into_iter().map(move |term| CandidateLaw { site, terms: vec![term] })
     };
     let all = [
         (Site::Command, signals::COMMAND),
@@ -204,13 +204,14 @@ fn remembering(outlooks: &[Outlook]) -> Vec<Law> {
 }
 
 /// The laws that do best in one step, the best of each form at each place, best first.
-fn screened(linear: &Linear, laws: &[Law]) -> Vec<(Law, Score)> {
+fn screened(linear: &LinearizedBlock, laws: &[CandidateLaw]) -> Vec<(CandidateLaw, Score)> {
     let scored = spread(laws, |law| linear.score(&linear.columns(law)?, 0.0));
-    let mut scored: Vec<(Law, Score)> =
+    let mut scored: Vec<(CandidateLaw, Score)> =
         laws.iter().zip(scored).filter_map(|(law, score)| Some((law.clone(), score?))).collect();
     scored.sort_by(|a, b| a.1.loss().total_cmp(&b.1.loss()));
     let mut taken: Vec<(Site, Vec<&'static str>, &'static str)> = Vec::new();
-    let signals = |law: &Law| law.terms[0].channels.iter().map(|it: &LawInput| it.signal).collect::<Vec<_>>();
+    let signals =
+        |law: &CandidateLaw| law.terms[0].channels.iter().map(|it: &LawInput| it.signal).collect::<Vec<_>>();
     scored.retain(|(law, _)| {
         let own = (law.site, signals(law), law.terms[0].form);
         let of_place = taken.iter().filter(|(site, signals, _)| *site == own.0 && *signals == own.1).count();
@@ -226,12 +227,12 @@ fn screened(linear: &Linear, laws: &[Law]) -> Vec<(Law, Score)> {
 
 fn refitted(
     task: &LawTask,
-    linear: &Linear,
-    laws: &[Law],
-    progress: &(dyn Fn(Event) + Sync),
+    linear: &LinearizedBlock,
+    laws: &[CandidateLaw],
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<Formula> {
     let formulas = spread(&screened(linear, laws), |(law, score)| {
-        progress(Event::Fitted);
+        progress(SearchEvent::Fitted);
         task.refit(law, &score.coefficients, &linear.numbers_after(score))
     });
     formulas.into_iter().flatten().collect()
@@ -243,18 +244,18 @@ fn with_one_more(
     now: &Formula,
     places: &[&Place],
     lines: &[f64],
-    progress: &(dyn Fn(Event) + Sync),
+    progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Option<(Formula, Vec<Formula>)> {
     let coefficients = now.law.coefficients_in(&now.fitted.model, task.id);
     let known: Vec<Effect> = [task.known, &[now.fitted.model.effect(task.id).ok()?]].concat();
-    let linear = Linear::new(task.split(), &now.fitted, &now.fitted.names, &known)?;
+    let linear = LinearizedBlock::new(task.split(), &now.fitted, &now.fitted.names, &known)?;
     let here: Vec<&Place> = places.iter().filter(|place| place.site == now.law.site).copied().collect();
     let best = screened(&linear, &laws(&here, lines));
     let formulas = spread(&best, |(law, score)| {
-        progress(Event::Fitted);
+        progress(SearchEvent::Fitted);
         let terms = [&now.law.terms[..], &law.terms[..]].concat();
         let coefficients = [&coefficients[..], &score.coefficients[..]].concat();
-        task.refit(&Law { terms, ..now.law.clone() }, &coefficients, &linear.numbers_after(score))
+        task.refit(&CandidateLaw { terms, ..now.law.clone() }, &coefficients, &linear.numbers_after(score))
     });
     let gains = |formula: &Formula| task.gains(&now.fitted, &formula.fitted);
     let formulas: Vec<Formula> = formulas.into_iter().flatten().filter(gains).collect();
@@ -337,7 +338,8 @@ mod tests {
         let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
         let mut split = DataSplit::new(over_teeth(1), Some(over_teeth(200_000)));
         let (_, refitted) = search.bases(&mut split);
-        let linear = Linear::new(&split, &refitted, &split.base_parameters(&model), &known).expect("finite");
+        let linear =
+            LinearizedBlock::new(&split, &refitted, &split.base_parameters(&model), &known).expect("finite");
         let angle = Place::all(&outlooks(&split.train), false).into_iter();
         let angle = angle
             .filter(|place| place.site == Site::Torque && place.channels[0].signal == signals::BODY_ANGLE);

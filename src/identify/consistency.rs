@@ -1,6 +1,6 @@
 //! Where the results contradict each other, hardly show, or leave something over: each with what it may be.
 
-use super::inertia::Body;
+use super::inertia::IdentifiedBody;
 use super::lag_order::{LagAlternative, dead_time_effect};
 use super::significance;
 use super::static_curve;
@@ -149,7 +149,7 @@ impl Work<'_> {
 }
 
 /// A torque of the body's own that its model lacks, or what else is left over.
-fn body_torque(body: &Body) -> Option<Finding> {
+fn body_torque(body: &IdentifiedBody) -> Option<Finding> {
     let of = |code| Finding::new(code, "inertia").of(&body.source);
     if let Some(omitted) = body.omitted_torque {
         let found = of("body_torque_omitted").with("goes_with", omitted.goes_with);

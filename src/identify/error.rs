@@ -1,6 +1,6 @@
 //! Why nothing could be identified.
 
-use super::result::Part;
+use super::result::PipelineStep;
 use super::steady_rows::HIGHEST_DEGREE;
 use crate::screening::{Finding, ScreeningError};
 
@@ -16,7 +16,7 @@ pub enum IdentifyError {
         /// What is wrong with the logs: first why those that have no part have none.
         reasons: Vec<Finding>,
         /// What each step lacks; none where there is no rotor.
-        steps: Vec<Part>,
+        steps: Vec<PipelineStep>,
     },
     /// A log that cannot be used.
     #[error(transparent)]

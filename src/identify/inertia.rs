@@ -29,7 +29,7 @@ use crate::threads::spread;
 /// What the attitude log says about the body.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
-pub struct Body {
+pub struct IdentifiedBody {
     /// File it comes from.
     pub source: String,
     /// [1/(kg m)] d/J; for a logged torque, with the arm given, d times 1/J.
@@ -130,7 +130,7 @@ pub(crate) fn identify(
     actuator: &IdentifiedActuator,
     arm: f64,
     warnings: &mut Vec<Finding>,
-) -> Option<Body> {
+) -> Option<IdentifiedBody> {
     let log = screened.dataset();
     let rate = log.column(columns::BODY_RATE)?;
     if !can_show_inertia(screened, warnings) {
@@ -168,7 +168,7 @@ fn fit(
     windows: &[Vec<usize>],
     arm: f64,
     warnings: &mut Vec<Finding>,
-) -> Option<Body> {
+) -> Option<IdentifiedBody> {
     let Regression { design, instruments, y } = regression;
     let fit = least_squares::instrumental(design.columns(0, 2), instruments.columns(0, 2), &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
@@ -194,7 +194,7 @@ fn fit(
     let (arm_over_inertia, inertia) = (slope.scaled(arm / lever), inertia_of(slope));
     let each = windows.iter().flatten().zip(fit.residuals.iter());
     let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
-    Some(Body {
+    Some(IdentifiedBody {
         source: log.source_name().to_owned(),
         arm_over_inertia,
         inertia,

@@ -8,8 +8,8 @@ mod bench;
 mod in_steps;
 
 use bench::{
-    ARM, C_G1, C_G2, Count, FULL_VOLTAGE, INERTIA, K_V, MEMORIES, Noise, POLE, RUNS, THRUST, binary, g,
-    measured, powered, rotor, voltage,
+    ARM, C_G1, C_G2, ColouredNoise, Count, FULL_VOLTAGE, INERTIA, K_V, MEMORIES, POLE, RUNS, THRUST, binary,
+    g, measured, powered, rotor, voltage,
 };
 
 use super::inertia;
@@ -30,7 +30,7 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
     for memory in MEMORIES {
         let mut counts = [("k_V", K_V), ("c_g2", C_G2), ("c_g1", C_G1)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
-            let mut noise = Noise::new(1000 + run, memory);
+            let mut noise = ColouredNoise::new(1000 + run, memory);
             let gain = voltage_gain::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
             let rows =
                 steady_rows::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE, false);
@@ -58,7 +58,7 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
         for memory in MEMORIES {
             let mut counts = [("c_g2", C_G2), ("c_g1", C_G1)].map(|(n, t)| Count::new(n, t));
             for run in 0..RUNS as u64 {
-                let noise = &mut Noise::new(7000 + run, memory);
+                let noise = &mut ColouredNoise::new(7000 + run, memory);
                 // The battery is known here.
                 let log = RotorLog { rate: noise.on(&truth.rate, 1.5).into(), ..truth.clone() };
                 let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE, false).expect("ramps");
@@ -82,7 +82,7 @@ fn joint_estimation_of_pole_curve_and_k_v_from_exciting_commands() {
         let mut counts =
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
-            let log = measured(&truth, &mut Noise::new(2000 + run, memory));
+            let log = measured(&truth, &mut ColouredNoise::new(2000 + run, memory));
             let fit =
                 variable_projection::fit(&record_of(&[log], FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
             let fit = fit.expect("exciting commands");
@@ -120,7 +120,7 @@ fn k_v_from_a_battery_that_hardly_empties() {
         let mut counts =
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
-            let log = measured(&truth, &mut Noise::new(5000 + run, memory));
+            let log = measured(&truth, &mut ColouredNoise::new(5000 + run, memory));
             let fit = joint_estimate(std::slice::from_ref(&log), &mut counts);
             if run == 0 {
                 let whole =
@@ -145,7 +145,7 @@ fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
     let mut counts =
         [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
     for run in 0..RUNS as u64 {
-        let noise = &mut Noise::new(6000 + run, memory);
+        let noise = &mut ColouredNoise::new(6000 + run, memory);
         let log = RotorLog { rate: noise.on(&truth.rate, 0.3).into(), ..measured(&truth, noise) };
         joint_estimate(&[log], &mut counts);
     }
@@ -175,7 +175,7 @@ fn the_thrust_coefficient_from_a_load_cell() {
     for memory in MEMORIES {
         let mut count = Count::new("c", THRUST);
         for run in 0..RUNS as u64 {
-            let mut noise = Noise::new(3000 + run, memory);
+            let mut noise = ColouredNoise::new(3000 + run, memory);
             let mut log = Dataset::new("stand", "", truth.time.to_vec()).expect("rising time");
             for (name, column) in [
                 ("command_1", truth.command.to_vec()),
@@ -219,7 +219,7 @@ fn attitude(interval: f64, rows: usize, [friction, stiffness]: [f64; 2]) -> [Vec
 }
 
 /// What is identified of the body of such a log, with noise.
-fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> inertia::Body {
+fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut ColouredNoise) -> inertia::IdentifiedBody {
     let [u_1, u_2, rate_1, rate_2, body_rate] = truth;
     let time = (0..body_rate.len()).map(|row| row as f64 * interval).collect();
     let actuator = IdentifiedActuator {
@@ -250,7 +250,7 @@ fn the_inertia_from_an_attitude_log() {
     for memory in MEMORIES {
         let mut count = Count::new("J", INERTIA);
         for run in 0..RUNS as u64 {
-            let body = body_of(&truth, interval, &mut Noise::new(4000 + run, memory));
+            let body = body_of(&truth, interval, &mut ColouredNoise::new(4000 + run, memory));
             assert_eq!(body.omitted_torque, None, "nothing is");
             count.take(body.inertia);
         }
@@ -266,7 +266,7 @@ fn the_inertia_beside_a_torque_that_is_left_out() {
     {
         let truth = attitude(0.01, 4000, own);
         for run in 0..10 {
-            let body = body_of(&truth, 0.01, &mut Noise::new(4500 + run, MEMORIES[0]));
+            let body = body_of(&truth, 0.01, &mut ColouredNoise::new(4500 + run, MEMORIES[0]));
             let left_out = body.omitted_torque.expect("it shows");
             assert_eq!(left_out.goes_with, goes_with, "{left_out:?}");
             assert!(body.inertia.distance(INERTIA) < 3.0, "{own:?}: {:?}", body.inertia);

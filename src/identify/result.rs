@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::dead_time::Delay;
-use super::inertia::Body;
+use super::inertia::IdentifiedBody;
 use super::joint_fit::JointFit;
 use super::lag_order::LagAlternative;
 use super::static_curve::StaticCurve;
@@ -82,7 +82,7 @@ pub struct PoleFit {
 /// One step of section III: done, or why not.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
+pub struct PipelineStep {
     /// Code of the step: `voltage_gain`, `joint_estimation`, `static_curve`, `pole`, `thrust_curve`, `inertia`.
     #[serde(skip)]
     pub step: &'static str,
@@ -98,7 +98,7 @@ pub struct Part {
 #[derive(Debug, Clone, Serialize)]
 pub struct Identification {
     /// The steps of section III, and which of them the logs permit.
-    pub parts: Vec<Part>,
+    pub parts: Vec<PipelineStep>,
     /// k_V by Eq. (6).
     pub battery: Option<BatteryGain>,
     /// k_V from levels at several supplies, a log each.
@@ -119,7 +119,7 @@ pub struct Identification {
     /// Thrust curve.
     pub thrust: Option<ThrustCurve>,
     /// Body.
-    pub body: Option<Body>,
+    pub body: Option<IdentifiedBody>,
     /// How the result does on the logs it was fitted to.
     pub training: Vec<Validation>,
     /// How it does on other logs.

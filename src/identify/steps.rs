@@ -1,7 +1,7 @@
 //! The steps of section III, each as far as the logs reach: what it found, or why it found nothing.
 
 use super::dead_time::{self, Delay, DelayedFit};
-use super::inertia::{self, Body};
+use super::inertia::{self, IdentifiedBody};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
 use super::ramp_lag::KnownLag;
@@ -251,7 +251,7 @@ impl Work<'_> {
     pub(crate) fn body(&mut self, logs: &[ScreenedLog], actuator: &IdentifiedActuator) {
         const STEP: &str = "inertia";
         let arm = self.settings.template.body.arm;
-        let mut fits: Vec<Body> = Vec::new();
+        let mut fits: Vec<IdentifiedBody> = Vec::new();
         for log in logs {
             let mut found = Vec::new();
             match inertia::identify(log, actuator, arm, &mut found) {

@@ -2,10 +2,10 @@
 
 use super::command_response::CommandResponses;
 use super::dead_time::Delay;
-use super::inertia::Body;
+use super::inertia::IdentifiedBody;
 use super::inputs;
 use super::joint_fit::JointFit;
-use super::result::{IdentifySettings, Part, PoleFit};
+use super::result::{IdentifySettings, PipelineStep, PoleFit};
 use super::significance;
 use super::static_curve::StaticCurve;
 use super::supply_gain::SupplyGain;
@@ -24,14 +24,14 @@ pub(crate) struct Work<'a> {
     pub rotors: Vec<RotorLog>,
     pub excited: Vec<RotorLog>,
     pub use_battery: bool,
-    pub parts: Vec<Part>,
+    pub parts: Vec<PipelineStep>,
     pub findings: Vec<Finding>,
     pub battery: Option<BatteryGain>,
     pub joint: Option<JointFit>,
     pub static_curve: Option<StaticCurve>,
     pub pole: Option<PoleFit>,
     pub thrust: Option<ThrustCurve>,
-    pub body: Option<Body>,
+    pub body: Option<IdentifiedBody>,
     /// A k_V that hardly shows in constant commands.
     /// k_V between logs of several supplies.
     pub supplies: Option<SupplyGain>,
@@ -90,7 +90,7 @@ impl<'a> Work<'a> {
 
     /// What a step came to.
     pub fn note(&mut self, step: &'static str, done: bool, finding: Finding) {
-        self.parts.push(Part { step, done, finding });
+        self.parts.push(PipelineStep { step, done, finding });
     }
 
     /// Why a step found nothing.

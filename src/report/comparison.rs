@@ -3,7 +3,7 @@
 mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::compare::{Block, Comparison, Direction, Regressor};
+use crate::compare::{Comparison, Direction, Regressor, ScoredBlock};
 use crate::estimation::quantile::median_step;
 use crate::log::Dataset;
 use crate::log::signals::LOG_SIGNALS;
@@ -96,7 +96,7 @@ fn whole_line(name: &str, time: &[f64], values: &[f64], gap: f64) -> Series {
 }
 
 fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str), log: &Dataset) {
-    let blocks: Vec<(&Comparison, &Block)> = blocks_of(comparisons, key).collect();
+    let blocks: Vec<(&Comparison, &ScoredBlock)> = blocks_of(comparisons, key).collect();
     let Some((_, first)) = blocks.first() else { return };
     page.paragraph(format!(
         "Driven by {}; {}.",
@@ -140,11 +140,11 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
 }
 
 /// Models that fail in the same way are shown once.
-fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &Block)]) {
+fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &ScoredBlock)]) {
     page.details("Where it fails in detail", |page| {
         for (at, (comparison, block)) in blocks.iter().enumerate() {
             let is_same =
-                |other: &Block| other.failure == block.failure && other.error.rms == block.error.rms;
+                |other: &ScoredBlock| other.failure == block.failure && other.error.rms == block.error.rms;
             if !blocks[..at].iter().any(|(_, other)| is_same(other)) {
                 details(page, &comparison.model, block);
             }
@@ -152,7 +152,7 @@ fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &Block)]) {
     });
 }
 
-fn details(page: &mut Page, model: &str, block: &Block) {
+fn details(page: &mut Page, model: &str, block: &ScoredBlock) {
     page.subheading(format!("{} of `{model}`", block.name));
     let mut groups = Table::new(["modelled signal", "samples", "rms", "mean", "share of squared error"])
         .caption(format!("At rest and in motion [{}]", block.unit));
@@ -182,7 +182,7 @@ fn details(page: &mut Page, model: &str, block: &Block) {
 }
 
 /// What a block's error is a function of.
-fn dependences(page: &mut Page, block: &Block) {
+fn dependences(page: &mut Page, block: &ScoredBlock) {
     let of_torque = block.name == "body";
     let (what, unit) = if of_torque { ("unknown torque", "N m") } else { ("error", block.unit) };
     if !block.failure.dependences.is_empty() {
@@ -205,7 +205,7 @@ fn dependences(page: &mut Page, block: &Block) {
 }
 
 /// What a block's error moves with.
-fn correlations(page: &mut Page, block: &Block) {
+fn correlations(page: &mut Page, block: &ScoredBlock) {
     if !block.failure.correlations.is_empty() {
         let mut table = Table::new(["channel", "correlation", "by chance", "error comes later by [s]", ""])
             .caption("Cross-correlation. In closed loop only an error that comes later is evidence.");

@@ -7,7 +7,7 @@ pub(super) use plots::error_plots;
 
 use super::{Mark, Page, Table, number};
 use crate::effect::{self, Site, Term};
-use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
+use crate::identify::{DegreeScore, Estimate, Identification, IdentifiedBody, Validation};
 use crate::report::findings::{driven_by, outcome, sentence, step};
 use crate::report::json::with_sentences;
 use crate::screening::{DrivenBy, Finding};
@@ -63,7 +63,7 @@ impl Identification {
     }
 
     /// J, and where rotors drive the body what it is with the arm: from a commanded torque only torque / J shows.
-    fn inertia_rows(body: &Body) -> Vec<[String; 6]> {
+    fn inertia_rows(body: &IdentifiedBody) -> Vec<[String; 6]> {
         let driven = driven_by(body.driven_by);
         if body.driven_by == DrivenBy::TorqueCommand.code() {
             let from = format!("{driven}, taken for N m");

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
-use crate::diagnose::{self, DiagnoseConfig, Diagnosis, Event};
+use crate::diagnose::{self, DiagnoseConfig, Diagnosis, SearchEvent};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -35,12 +35,12 @@ pub(super) fn search(
     job: &Job,
 ) -> Result<Diagnosis, SessionError> {
     let fitted = AtomicUsize::new(0);
-    let hear = |event: Event| match event {
-        Event::Fitted => {
+    let hear = |event: SearchEvent| match event {
+        SearchEvent::Fitted => {
             job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
         }
-        Event::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
-        Event::Leading(effects) => job.report(Progress::Leading { effects }),
+        SearchEvent::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
+        SearchEvent::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     job.run(|| diagnose::diagnose(model, train, validate, config, &hear))
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
-use crate::diagnose::{DiagnoseConfig, Event, step};
+use crate::diagnose::{DiagnoseConfig, SearchEvent, step};
 use crate::discover::{self, Discovery, LawVerdict};
 use crate::identify::rotor_error;
 use crate::model::Model;
@@ -23,12 +23,12 @@ pub fn discover(
 ) -> Result<Discovery, SessionError> {
     let logs = Modelled::of(train, validate);
     let fitted = AtomicUsize::new(0);
-    let hear = |event: Event| match event {
-        Event::Fitted => {
+    let hear = |event: SearchEvent| match event {
+        SearchEvent::Fitted => {
             job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
         }
-        Event::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
-        Event::Leading(effects) => job.report(Progress::Leading { effects }),
+        SearchEvent::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
+        SearchEvent::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     let mut found = job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &hear))?;
     // A law is a step of the ladder as any effect is: it can be looked at and taken back.

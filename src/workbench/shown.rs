@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::chunks::Chunks;
 use super::curves::{Line, worst_stretch};
-use crate::compare::{Block, Comparison, UnknownTorque};
+use crate::compare::{Comparison, ScoredBlock, UnknownTorque};
 use crate::log::Dataset;
 use crate::threads::spread;
 
@@ -61,7 +61,7 @@ impl ShownComparison {
     }
 
     /// Each block, and where its error is largest [s].
-    pub fn blocks(&self) -> impl Iterator<Item = (&Block, Option<(f64, f64)>)> {
+    pub fn blocks(&self) -> impl Iterator<Item = (&ScoredBlock, Option<(f64, f64)>)> {
         self.comparison.blocks.iter().zip(self.blocks.iter().map(|it| it.worst_s))
     }
 
@@ -70,7 +70,7 @@ impl ShownComparison {
         &'a self,
         name: &str,
         signal: &str,
-    ) -> Option<(&'a Block, [(&'static str, Line<'a>); 3])> {
+    ) -> Option<(&'a ScoredBlock, [(&'static str, Line<'a>); 3])> {
         let at = self.comparison.blocks.iter().position(|it| it.name == name && it.signal == signal)?;
         let (block, shown) = (&self.comparison.blocks[at], self.blocks.get(at)?);
         let trace = &block.trace;
@@ -108,7 +108,7 @@ fn beside(torque: &UnknownTorque, sample: usize, side: f64) -> f64 {
 }
 
 impl ShownBlock {
-    fn of(block: &Block) -> Self {
+    fn of(block: &ScoredBlock) -> Self {
         let trace = &block.trace;
         let measured = Chunks::of(trace.measured().iter().copied());
         let modelled = Chunks::of(trace.modelled().iter().copied());

@@ -10,7 +10,7 @@ use super::by_hand;
 use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Search, SearchState};
 use super::guesses;
 use super::shown::ShownComparison;
-use crate::compare::Block;
+use crate::compare::ScoredBlock;
 use crate::effect::find;
 use crate::log::signals::log_signal;
 use crate::model::Model;
@@ -147,7 +147,7 @@ fn compared_view(compared: &Compared) -> Value {
         }
     }
     let blocks = keys.into_iter().map(|key| {
-        let is_it = |(block, _): &(&Block, _)| (block.name.as_str(), block.signal.as_str()) == key;
+        let is_it = |(block, _): &(&ScoredBlock, _)| (block.name.as_str(), block.signal.as_str()) == key;
         let of_models = pairs.iter().filter_map(|(model, shown)| Some((*model, shown.blocks().find(is_it)?)));
         let each: Vec<ModelBlock> =
             of_models.map(|(model, (block, worst_s))| (model, block, worst_s)).collect();
@@ -175,7 +175,7 @@ fn compared_view(compared: &Compared) -> Value {
 }
 
 /// A model, its block, and where that one's error is largest [s].
-type ModelBlock<'a> = (u64, &'a Block, Option<(f64, f64)>);
+type ModelBlock<'a> = (u64, &'a ScoredBlock, Option<(f64, f64)>);
 
 fn block(each: &[ModelBlock]) -> Value {
     let Some((_, first, _)) = each.first() else { return Value::Null };

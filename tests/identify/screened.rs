@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rotorbench::bench::BenchConfig;
-use rotorbench::compare::{Block, CompareConfig, compare};
+use rotorbench::compare::{CompareConfig, ScoredBlock, compare};
 use rotorbench::diagnose::block_builder::{Driver, body_split};
 use rotorbench::diagnose::block_data::Runs;
 use rotorbench::diagnose::rotor_block::rotor_runs;
@@ -192,7 +192,7 @@ fn judged(log: &ScreenedLog, name: &str) -> Vec<usize> {
 }
 
 /// Rows that a block of `compare` scores, and those that it looked at.
-fn compared(block: &Block) -> (Vec<usize>, Vec<usize>) {
+fn compared(block: &ScoredBlock) -> (Vec<usize>, Vec<usize>) {
     let rows = block.trace.rows().iter().zip(block.trace.is_scored());
     let scored = rows.filter_map(|(row, is_scored)| is_scored.then_some(row));
     (scored.collect(), block.trace.rows().iter().collect())

@@ -22,13 +22,13 @@ pub(crate) const INERTIA: f64 = 0.032;
 pub(crate) const ARM: f64 = 0.25;
 
 /// Noise of a given strength; each value remembers the one before.
-pub(crate) struct Noise {
+pub(crate) struct ColouredNoise {
     random: ChaCha8Rng,
     memory: f64,
     last: f64,
 }
 
-impl Noise {
+impl ColouredNoise {
     pub fn new(seed: u64, memory: f64) -> Self {
         Self { random: ChaCha8Rng::seed_from_u64(seed), memory, last: 0.0 }
     }
@@ -136,7 +136,7 @@ pub(crate) fn powered(
 }
 
 /// The same run measured: 1.5 rad/s of noise on the rate, 0.01 V on the voltage.
-pub(crate) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
+pub(crate) fn measured(truth: &RotorLog, noise: &mut ColouredNoise) -> RotorLog {
     let mut log = truth.clone();
     log.rate = noise.on(&truth.rate, 1.5).into();
     log.voltage = truth.voltage.as_ref().map(|volts| noise.white_on(volts, 0.01).into());

@@ -1,6 +1,6 @@
 //! A battery that is read in steps.
 
-use super::bench::{C_G1, C_G2, Count, FULL_VOLTAGE, K_V, Noise, POLE, RUNS, powered};
+use super::bench::{C_G1, C_G2, ColouredNoise, Count, FULL_VOLTAGE, K_V, POLE, RUNS, powered};
 use crate::identify::{static_curve, steady_rows};
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
@@ -15,7 +15,7 @@ fn the_curve_behind_a_battery_read_in_steps() {
     let mut counts = [("c_g2", C_G2), ("c_g1", C_G1)].map(|(n, t)| Count::new(n, t));
     let mut above = 0;
     for run in 0..RUNS as u64 {
-        let noise = &mut Noise::new(9000 + run, 0.0);
+        let noise = &mut ColouredNoise::new(9000 + run, 0.0);
         let exact = truth.voltage.as_deref().expect("there");
         let read = noise.white_on(exact, 0.02).iter().map(|volts| (10.0 * volts).round() / 10.0).collect();
         let mut log =

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::compare::{Block, Comparison, Direction, Regressor, Run};
+use crate::compare::{Comparison, Direction, Regressor, RunMode, ScoredBlock};
 use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
 use crate::report::thresholds::THRESHOLDS;
@@ -13,12 +13,12 @@ use crate::signal::columns;
 
 /// How a block was run.
 #[must_use]
-pub fn run(run: Run) -> String {
+pub fn run(run: RunMode) -> String {
     match run {
-        Run::Free => "free run".to_owned(),
-        Run::Windows(seconds) => format!("windows of {seconds} s"),
-        Run::EachSample => "at each sample".to_owned(),
-        Run::Smoothed => "both smoothed".to_owned(),
+        RunMode::Free => "free run".to_owned(),
+        RunMode::Windows(seconds) => format!("windows of {seconds} s"),
+        RunMode::EachSample => "at each sample".to_owned(),
+        RunMode::Smoothed => "both smoothed".to_owned(),
     }
 }
 
@@ -67,7 +67,7 @@ pub(super) fn keys(comparisons: &[Comparison]) -> Vec<(&str, &str)> {
 pub(super) fn blocks_of<'a>(
     comparisons: &'a [Comparison],
     (name, signal): (&str, &str),
-) -> impl Iterator<Item = (&'a Comparison, &'a Block)> {
+) -> impl Iterator<Item = (&'a Comparison, &'a ScoredBlock)> {
     comparisons.iter().filter_map(move |comparison| {
         let block = comparison.blocks.iter().find(|block| block.name == name && block.signal == signal)?;
         Some((comparison, block))
@@ -150,7 +150,7 @@ pub(super) fn change(comparisons: &[Comparison]) -> Option<String> {
     let names: Vec<&str> = comparisons.iter().map(|comparison| comparison.model.as_str()).collect();
     let (mut moved, mut same) = (Vec::new(), Vec::new());
     for key in keys(comparisons) {
-        let blocks: Vec<&Block> = blocks_of(comparisons, key).map(|(_, block)| block).collect();
+        let blocks: Vec<&ScoredBlock> = blocks_of(comparisons, key).map(|(_, block)| block).collect();
         let errors: Vec<String> = blocks.iter().map(|block| number(block.error.rms, 3)).collect();
         match blocks[..] {
             [first, _, ..] if errors.windows(2).any(|pair| pair[0] != pair[1]) => moved.push(format!(
@@ -183,7 +183,7 @@ pub(super) fn once<'a, T: PartialEq>(said: impl Iterator<Item = (&'a str, T)>) -
 }
 
 /// Sentences about where a block fails.
-pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
+pub(super) fn sentences(comparison: &Comparison, block: &ScoredBlock) -> Vec<String> {
     let mut out = Vec::new();
     let error = &block.error;
     let how_far = if error.over_floor().is_finite() {
@@ -222,7 +222,7 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
 }
 
 /// What a block's error is a function of.
-fn dependences(comparison: &Comparison, block: &Block) -> String {
+fn dependences(comparison: &Comparison, block: &ScoredBlock) -> String {
     let of_torque = block.name == "body" && comparison.unknown_torque.is_some();
     let what = if of_torque { "The unknown torque" } else { "The error" };
     let real: Vec<String> = block
@@ -241,7 +241,7 @@ fn dependences(comparison: &Comparison, block: &Block) -> String {
 }
 
 /// The channel that a block's error follows most.
-fn follows(block: &Block) -> Option<String> {
+fn follows(block: &ScoredBlock) -> Option<String> {
     let evidence = block.failure.correlations.iter().filter(|c| {
         c.peak.abs() > THRESHOLDS.plain_correlation * c.bound
             && c.direction == Direction::ErrorFollows

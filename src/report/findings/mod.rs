@@ -14,7 +14,7 @@ pub(crate) use identify::driven_by;
 pub use identify::step;
 pub use refusal::{explained, refusal};
 
-use crate::identify::Part;
+use crate::identify::PipelineStep;
 use crate::screening::Finding;
 
 /// The sentence of a finding, behind the names of its log and its rotor.
@@ -47,7 +47,7 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
 
 /// What became of a step, with what is kept of the template for it.
 #[must_use]
-pub fn outcome(part: &Part) -> String {
+pub fn outcome(part: &PipelineStep) -> String {
     let kept = match part.finding.code {
         "no_thrust" => "; the template's curve is kept",
         "inertia_not_significant" | "no_torque_moves_body" => "; the template's J is kept",

@@ -7,7 +7,7 @@ use super::{sentence, text};
 use crate::compare::CompareError;
 use crate::diagnose::DiagnoseError;
 use crate::fleet::FleetError;
-use crate::identify::{IdentifyError, Part};
+use crate::identify::{IdentifyError, PipelineStep};
 use crate::screening::{Finding, ScreeningError};
 use crate::session::SessionError;
 use crate::studies::paper::PaperError;
@@ -60,7 +60,7 @@ pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
 }
 
 /// Why nothing can be identified: first the logs without a part, then what each step lacks.
-fn nothing(reasons: &[Finding], steps: &[Part]) -> String {
+fn nothing(reasons: &[Finding], steps: &[PipelineStep]) -> String {
     let (unused, rest): (Vec<_>, Vec<_>) = reasons.iter().partition(|it| it.code == "log_not_used");
     let steps = steps.iter().map(|part| format!("{}: {}", step(part.step), text(&part.finding)));
     let lines = unused.into_iter().map(sentence).chain(steps).chain(rest.into_iter().map(sentence));

@@ -1,7 +1,7 @@
 //! Plots of what `identify` fitted.
 
 use crate::estimation::frequency_response::{LagResponse, near};
-use crate::identify::{Body, Identification, Validation};
+use crate::identify::{Identification, IdentifiedBody, Validation};
 use crate::report::findings::driven_by;
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::{Axis, Page, Plot, Series, Tone, number};
@@ -58,7 +58,7 @@ pub(in crate::report) fn error_plots(page: &mut Page, run: &Validation) {
 }
 
 /// The body's measured rate, and what J makes of the torque, window by window.
-pub(super) fn body_plots(page: &mut Page, body: &Body) {
+pub(super) fn body_plots(page: &mut Page, body: &IdentifiedBody) {
     let traces = body.traces.as_slice();
     let time = column(traces, |row| row.0);
     let error = column(traces, |row| row.2 - row.1);
