@@ -19,7 +19,7 @@ pub struct EmulationOptions {
 /// What an emulation saw of the body.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
-pub struct BodySummary {
+pub struct BodyMotion {
     /// [s] it ran.
     pub duration_s: f64,
     /// [rad] root mean square of the true angle while the rotors were commanded.
@@ -34,7 +34,7 @@ pub struct BodySummary {
     count: u64,
 }
 
-impl BodySummary {
+impl BodyMotion {
     pub(super) fn add(&mut self, truth: &Truth, is_turning: bool, time_s: f64) {
         self.duration_s = time_s;
         self.battery_voltage_v = truth.battery_voltage;
@@ -54,11 +54,11 @@ pub fn run(
     guard: &mut BusGuard,
     options: EmulationOptions,
     shutdown: &Shutdown,
-) -> BodySummary {
+) -> BodyMotion {
     let start_ns = clock::monotonic_ns();
     let end_ns = end_ns(start_ns, options.duration_s);
     let mut state = emulator.start(start_ns);
-    let mut summary = BodySummary::default();
+    let mut summary = BodyMotion::default();
     let (mut published, mut woken_by, mut is_ending) = (0, 0, false);
     loop {
         let now_ns = clock::monotonic_ns();

@@ -8,7 +8,7 @@ use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
 
-use super::behind_guard::{BodySummary, EmulationOptions, end_ns};
+use super::behind_guard::{BodyMotion, EmulationOptions, end_ns};
 use super::{Emulator, EmulatorState};
 
 /// The emulated bench's side of the bus.
@@ -25,7 +25,7 @@ pub struct EmulatedBus {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BusSummary {
     /// Body and battery.
-    pub body: BodySummary,
+    pub body: BodyMotion,
     /// Command frames, by what became of them.
     pub commands: Counts,
     /// Frames sent.
@@ -52,7 +52,7 @@ impl EmulatedBus {
         let start_ns = clock::monotonic_ns();
         let end_ns = end_ns(start_ns, options.duration_s);
         let mut state = emulator.start(start_ns);
-        let mut body = BodySummary::default();
+        let mut body = BodyMotion::default();
         loop {
             let now_ns = clock::monotonic_ns();
             if shutdown.is_requested() || now_ns >= end_ns {
@@ -93,7 +93,7 @@ impl EmulatedBus {
         })
     }
 
-    fn summary(&self, body: BodySummary) -> BusSummary {
+    fn summary(&self, body: BodyMotion) -> BusSummary {
         let PortCounts { sent, full, down, failed, .. } = self.port.counts();
         BusSummary { body, commands: self.end.counts(), sent, not_sent: full + down + failed }
     }

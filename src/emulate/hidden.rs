@@ -49,7 +49,7 @@ pub fn catalogue() -> impl Iterator<Item = (&'static str, Vec<&'static str>)> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum HiddenKind {
     BatterySag,
     BatteryScaling,
     TransportDelay,
@@ -97,7 +97,7 @@ impl Range {
 
 struct Entry {
     id: &'static str,
-    kind: Kind,
+    kind: HiddenKind,
     parameters: &'static [Range],
 }
 
@@ -111,35 +111,35 @@ const fn either(name: &'static str, low: f64, high: f64) -> Range {
 
 #[rustfmt::skip]
 const LAWS: &[Entry] = &[
-    Entry { id: "battery_sag", kind: Kind::BatterySag, parameters: &[size("gain", 15.0, 60.0)] },
-    Entry { id: "battery_scaling", kind: Kind::BatteryScaling, parameters: &[] },
-    Entry { id: "transport_delay", kind: Kind::TransportDelay, parameters: &[size("delay", 0.01, 0.04)] },
-    Entry { id: "asymmetric_pole", kind: Kind::AsymmetricPole, parameters: &[size("ratio", 1.2, 2.0)] },
-    Entry { id: "speed_dependent_pole", kind: Kind::SpeedDependentPole, parameters: &[either("slope", 0.3, 0.9)] },
-    Entry { id: "quadratic_rotor_drag", kind: Kind::QuadraticRotorDrag, parameters: &[size("coefficient", 0.002, 0.01)] },
-    Entry { id: "second_order_lag", kind: Kind::SecondOrderLag, parameters: &[size("pole", 25.0, 80.0)] },
-    Entry { id: "telemetry_lag", kind: Kind::TelemetryLag, parameters: &[size("pole", 20.0, 80.0)] },
-    Entry { id: "command_dead_zone", kind: Kind::CommandDeadZone, parameters: &[size("width", 0.02, 0.08)] },
-    Entry { id: "command_saturation", kind: Kind::CommandSaturation, parameters: &[size("limit", 0.5, 0.6)] },
-    Entry { id: "command_quantization", kind: Kind::CommandQuantization, parameters: &[size("step", 0.01, 0.04)] },
-    Entry { id: "slew_rate_limit", kind: Kind::SlewRateLimit, parameters: &[size("rate", 600.0, 2500.0)] },
-    Entry { id: "motor_heating", kind: Kind::MotorHeating, parameters: &[size("gain", 0.02, 0.08), size("time_constant", 8.0, 40.0)] },
-    Entry { id: "static_offset", kind: Kind::StaticOffset, parameters: &[either("coefficient", 10.0, 50.0)] },
-    Entry { id: "static_cubic", kind: Kind::StaticCubic, parameters: &[either("coefficient", 1500.0, 6000.0)] },
-    Entry { id: "pivot_coulomb_friction", kind: Kind::PivotCoulombFriction, parameters: &[size("torque", 0.02, 0.08), size("smoothing_rate", 0.02, 0.04)] },
-    Entry { id: "pivot_viscous_friction", kind: Kind::PivotViscousFriction, parameters: &[size("coefficient", 0.03, 0.15)] },
-    Entry { id: "quadratic_air_drag", kind: Kind::QuadraticAirDrag, parameters: &[size("coefficient", 0.02, 0.1)] },
-    Entry { id: "gravity_pendulum", kind: Kind::GravityPendulum, parameters: &[size("moment", 0.2, 0.6), either("angle_offset", 0.0, 0.2)] },
-    Entry { id: "torque_bias", kind: Kind::TorqueBias, parameters: &[either("torque", 0.05, 0.2)] },
-    Entry { id: "cable_stiffness", kind: Kind::CableStiffness, parameters: &[size("stiffness", 0.15, 0.6)] },
-    Entry { id: "inflow_damping", kind: Kind::InflowDamping, parameters: &[size("coefficient", 2.0, 8.0)] },
-    Entry { id: "actuator_mismatch", kind: Kind::ActuatorMismatch, parameters: &[either("ratio", 0.02, 0.08)] },
-    Entry { id: "ground_effect", kind: Kind::GroundEffect, parameters: &[size("radius", 0.10, 0.15), size("height", 0.2, 0.3)] },
-    Entry { id: "rotor_lag", kind: Kind::RotorLag, parameters: &[size("pole", 25.0, 80.0)] },
-    Entry { id: "torque_delay", kind: Kind::TorqueDelay, parameters: &[size("delay", 0.01, 0.04)] },
-    Entry { id: "gyro_bias", kind: Kind::GyroBias, parameters: &[either("bias", 0.02, 0.1)] },
-    Entry { id: "gyro_scale", kind: Kind::GyroScale, parameters: &[size("scale", 1.05, 1.2)] },
-    Entry { id: "gyro_lag", kind: Kind::GyroLag, parameters: &[size("pole", 20.0, 80.0)] },
+    Entry { id: "battery_sag", kind: HiddenKind::BatterySag, parameters: &[size("gain", 15.0, 60.0)] },
+    Entry { id: "battery_scaling", kind: HiddenKind::BatteryScaling, parameters: &[] },
+    Entry { id: "transport_delay", kind: HiddenKind::TransportDelay, parameters: &[size("delay", 0.01, 0.04)] },
+    Entry { id: "asymmetric_pole", kind: HiddenKind::AsymmetricPole, parameters: &[size("ratio", 1.2, 2.0)] },
+    Entry { id: "speed_dependent_pole", kind: HiddenKind::SpeedDependentPole, parameters: &[either("slope", 0.3, 0.9)] },
+    Entry { id: "quadratic_rotor_drag", kind: HiddenKind::QuadraticRotorDrag, parameters: &[size("coefficient", 0.002, 0.01)] },
+    Entry { id: "second_order_lag", kind: HiddenKind::SecondOrderLag, parameters: &[size("pole", 25.0, 80.0)] },
+    Entry { id: "telemetry_lag", kind: HiddenKind::TelemetryLag, parameters: &[size("pole", 20.0, 80.0)] },
+    Entry { id: "command_dead_zone", kind: HiddenKind::CommandDeadZone, parameters: &[size("width", 0.02, 0.08)] },
+    Entry { id: "command_saturation", kind: HiddenKind::CommandSaturation, parameters: &[size("limit", 0.5, 0.6)] },
+    Entry { id: "command_quantization", kind: HiddenKind::CommandQuantization, parameters: &[size("step", 0.01, 0.04)] },
+    Entry { id: "slew_rate_limit", kind: HiddenKind::SlewRateLimit, parameters: &[size("rate", 600.0, 2500.0)] },
+    Entry { id: "motor_heating", kind: HiddenKind::MotorHeating, parameters: &[size("gain", 0.02, 0.08), size("time_constant", 8.0, 40.0)] },
+    Entry { id: "static_offset", kind: HiddenKind::StaticOffset, parameters: &[either("coefficient", 10.0, 50.0)] },
+    Entry { id: "static_cubic", kind: HiddenKind::StaticCubic, parameters: &[either("coefficient", 1500.0, 6000.0)] },
+    Entry { id: "pivot_coulomb_friction", kind: HiddenKind::PivotCoulombFriction, parameters: &[size("torque", 0.02, 0.08), size("smoothing_rate", 0.02, 0.04)] },
+    Entry { id: "pivot_viscous_friction", kind: HiddenKind::PivotViscousFriction, parameters: &[size("coefficient", 0.03, 0.15)] },
+    Entry { id: "quadratic_air_drag", kind: HiddenKind::QuadraticAirDrag, parameters: &[size("coefficient", 0.02, 0.1)] },
+    Entry { id: "gravity_pendulum", kind: HiddenKind::GravityPendulum, parameters: &[size("moment", 0.2, 0.6), either("angle_offset", 0.0, 0.2)] },
+    Entry { id: "torque_bias", kind: HiddenKind::TorqueBias, parameters: &[either("torque", 0.05, 0.2)] },
+    Entry { id: "cable_stiffness", kind: HiddenKind::CableStiffness, parameters: &[size("stiffness", 0.15, 0.6)] },
+    Entry { id: "inflow_damping", kind: HiddenKind::InflowDamping, parameters: &[size("coefficient", 2.0, 8.0)] },
+    Entry { id: "actuator_mismatch", kind: HiddenKind::ActuatorMismatch, parameters: &[either("ratio", 0.02, 0.08)] },
+    Entry { id: "ground_effect", kind: HiddenKind::GroundEffect, parameters: &[size("radius", 0.10, 0.15), size("height", 0.2, 0.3)] },
+    Entry { id: "rotor_lag", kind: HiddenKind::RotorLag, parameters: &[size("pole", 25.0, 80.0)] },
+    Entry { id: "torque_delay", kind: HiddenKind::TorqueDelay, parameters: &[size("delay", 0.01, 0.04)] },
+    Entry { id: "gyro_bias", kind: HiddenKind::GyroBias, parameters: &[either("bias", 0.02, 0.1)] },
+    Entry { id: "gyro_scale", kind: HiddenKind::GyroScale, parameters: &[size("scale", 1.05, 1.2)] },
+    Entry { id: "gyro_lag", kind: HiddenKind::GyroLag, parameters: &[size("pole", 20.0, 80.0)] },
 ];
 
 /// Parameters that a law may have.
@@ -156,13 +156,13 @@ const _: () = {
 
 /// A law with its numbers, as the plant's equations use it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Law {
-    pub kind: Kind,
+pub(super) struct HiddenLaw {
+    pub kind: HiddenKind,
     /// Parameters in the order of the table; unused ones are zero.
     pub p: [f64; MOST_PARAMETERS],
 }
 
-impl Law {
+impl HiddenLaw {
     pub fn build(config: &HiddenConfig) -> Result<Self, EmulateError> {
         let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
         let entry = LAWS.iter().find(|entry| entry.id == config.effect).ok_or_else(|| {
@@ -188,12 +188,12 @@ impl Law {
             }
         }
         config.check_ranges()?;
-        if entry.kind == Kind::GroundEffect && p[0] >= 2.0 * p[1] {
+        if entry.kind == HiddenKind::GroundEffect && p[0] >= 2.0 * p[1] {
             return Err(fault(format!("radius {} m is too large for a height of {} m", p[0], p[1])));
         }
         let divisor = match entry.kind {
-            Kind::AsymmetricPole | Kind::CommandQuantization => p[0],
-            Kind::MotorHeating | Kind::PivotCoulombFriction => p[1],
+            HiddenKind::AsymmetricPole | HiddenKind::CommandQuantization => p[0],
+            HiddenKind::MotorHeating | HiddenKind::PivotCoulombFriction => p[1],
             _ => 1.0,
         };
         if divisor <= 0.0 {
@@ -206,7 +206,7 @@ impl Law {
 /// The hidden laws of one plant, each applied where it acts.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Laws {
-    known: Vec<Law>,
+    known: Vec<HiddenLaw>,
     own: Vec<OwnLaw>,
     hover_command: f64,
 }
@@ -217,18 +217,18 @@ impl Laws {
         for config in hidden {
             match &config.expression {
                 Some(text) => laws.own.push(OwnLaw::build(config, text)?),
-                None => laws.known.push(Law::build(config)?),
+                None => laws.known.push(HiddenLaw::build(config)?),
             }
         }
         Ok(laws)
     }
 
     /// First number of the law of this kind, where the plant hides one.
-    pub fn number(&self, kind: Kind) -> Option<f64> {
+    pub fn number(&self, kind: HiddenKind) -> Option<f64> {
         self.known.iter().find(|law| law.kind == kind).map(|law| law.p[0])
     }
 
-    pub fn known(&self) -> &[Law] {
+    pub fn known(&self) -> &[HiddenLaw] {
         &self.known
     }
 
@@ -256,11 +256,11 @@ impl Laws {
 
     /// What the ESC makes of a command.
     pub fn command(&self, mut u: f64) -> f64 {
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             match kind {
-                Kind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
-                Kind::CommandSaturation => u = u.min(p[0]),
-                Kind::CommandQuantization => u = (u / p[0]).round() * p[0],
+                HiddenKind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
+                HiddenKind::CommandSaturation => u = u.min(p[0]),
+                HiddenKind::CommandQuantization => u = (u / p[0]).round() * p[0],
                 _ => {}
             }
         }
@@ -273,19 +273,19 @@ impl Laws {
         let mut sag = plant.voltage_gain;
         let mut added = 0.0;
         let mut factor = 1.0;
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             match kind {
-                Kind::BatteryScaling => {
+                HiddenKind::BatteryScaling => {
                     u_motor = u * voltage / plant.full_voltage;
                     sag = 0.0;
                 }
-                Kind::BatterySag => added -= p[0] * (plant.full_voltage - voltage),
-                Kind::StaticOffset => added += p[0],
-                Kind::StaticCubic => {
+                HiddenKind::BatterySag => added -= p[0] * (plant.full_voltage - voltage),
+                HiddenKind::StaticOffset => added += p[0],
+                HiddenKind::StaticCubic => {
                     let du = u - self.hover_command;
                     added += p[0] * du * du * du;
                 }
-                Kind::MotorHeating => factor -= p[0] * heat,
+                HiddenKind::MotorHeating => factor -= p[0] * heat,
                 _ => {}
             }
         }
@@ -296,13 +296,13 @@ impl Laws {
     pub fn rotor_acceleration(&self, plant: &PlantConfig, z: f64, w: f64) -> f64 {
         let mut pole = plant.pole;
         let mut drag = 0.0;
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             match kind {
-                Kind::AsymmetricPole => pole *= if z > w { p[0] } else { 1.0 / p[0] },
-                Kind::SpeedDependentPole => {
+                HiddenKind::AsymmetricPole => pole *= if z > w { p[0] } else { 1.0 / p[0] },
+                HiddenKind::SpeedDependentPole => {
                     pole *= (1.0 + p[0] * (w - plant.hover_rate) / plant.hover_rate).max(0.05);
                 }
-                Kind::QuadraticRotorDrag => drag += p[0] * w * w.abs(),
+                HiddenKind::QuadraticRotorDrag => drag += p[0] * w * w.abs(),
                 _ => {}
             }
         }
@@ -312,14 +312,14 @@ impl Laws {
     /// [N] Thrust of the rotor on `side` (+1 rotor 1, -1 rotor 2) turning at `w`.
     pub fn thrust(&self, plant: &PlantConfig, side: f64, w: f64, angle: f64, body_rate: f64) -> f64 {
         let mut thrust = plant.thrust_coefficient * w * w;
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             match kind {
                 // The rotor's own speed upwards thins its inflow.
-                Kind::InflowDamping => {
+                HiddenKind::InflowDamping => {
                     thrust -= p[0] * plant.thrust_coefficient * w * (side * plant.arm * body_rate);
                 }
-                Kind::ActuatorMismatch => thrust *= 1.0 + side * p[0],
-                Kind::GroundEffect => {
+                HiddenKind::ActuatorMismatch => thrust *= 1.0 + side * p[0],
+                HiddenKind::GroundEffect => {
                     let height = (p[1] + side * plant.arm * angle.sin()).max(0.55 * p[0]);
                     let q = p[0] / (4.0 * height);
                     thrust /= 1.0 - q * q;
@@ -333,14 +333,14 @@ impl Laws {
     /// [N m] Torque on the body besides the rotors'.
     pub fn body_torque(&self, angle: f64, rate: f64) -> f64 {
         let mut torque = 0.0;
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             torque += match kind {
-                Kind::PivotCoulombFriction => -p[0] * (rate / p[1]).tanh(),
-                Kind::PivotViscousFriction => -p[0] * rate,
-                Kind::QuadraticAirDrag => -p[0] * rate * rate.abs(),
-                Kind::GravityPendulum => -p[0] * (angle + p[1]).sin(),
-                Kind::TorqueBias => p[0],
-                Kind::CableStiffness => -p[0] * angle,
+                HiddenKind::PivotCoulombFriction => -p[0] * (rate / p[1]).tanh(),
+                HiddenKind::PivotViscousFriction => -p[0] * rate,
+                HiddenKind::QuadraticAirDrag => -p[0] * rate * rate.abs(),
+                HiddenKind::GravityPendulum => -p[0] * (angle + p[1]).sin(),
+                HiddenKind::TorqueBias => p[0],
+                HiddenKind::CableStiffness => -p[0] * angle,
                 _ => 0.0,
             };
         }
@@ -349,10 +349,10 @@ impl Laws {
 
     /// [rad/s] What the gyro makes of the (perhaps filtered) body rate, before its noise.
     pub fn gyro(&self, mut rate: f64) -> f64 {
-        for Law { kind, p } in &self.known {
+        for HiddenLaw { kind, p } in &self.known {
             match kind {
-                Kind::GyroBias => rate += p[0],
-                Kind::GyroScale => rate *= p[0],
+                HiddenKind::GyroBias => rate += p[0],
+                HiddenKind::GyroScale => rate *= p[0],
                 _ => {}
             }
         }

@@ -25,7 +25,7 @@ mod settings;
 mod temperature;
 
 pub use battery::BatteryConfig;
-pub use behind_guard::{BodySummary, EmulationOptions, run as run_behind_guard};
+pub use behind_guard::{BodyMotion, EmulationOptions, run as run_behind_guard};
 pub use bench::PlantConfig;
 pub use bus::{BusSummary, EmulatedBus};
 pub use error::EmulateError;

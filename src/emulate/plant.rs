@@ -10,7 +10,7 @@ use crate::unit::STANDARD_GRAVITY;
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
 use super::error::EmulateError;
-use super::hidden::{Kind, Law, Laws};
+use super::hidden::{HiddenKind, HiddenLaw, Laws};
 use super::hidden_config::HiddenConfig;
 use super::history::TorqueHistory;
 use super::rotor_fault::Damage;
@@ -101,14 +101,14 @@ impl Plant {
 
     /// [s] that commands are late, by hidden laws.
     pub(super) fn command_delay(&self) -> f64 {
-        self.laws.number(Kind::TransportDelay).unwrap_or(0.0)
+        self.laws.number(HiddenKind::TransportDelay).unwrap_or(0.0)
     }
 
     pub(super) fn start(&self, angle: f64) -> PlantState {
         let mut x = [0.0; STATES];
         x[ANGLE] = angle;
         x[USED] = self.battery.used;
-        let delay = self.laws.number(Kind::TorqueDelay).unwrap_or(0.0);
+        let delay = self.laws.number(HiddenKind::TorqueDelay).unwrap_or(0.0);
         let temperature = Temperatures::default();
         let history = TorqueHistory::new(delay);
         PlantState { x, slewed: [[0.0; 2]; ROTORS], memories: Default::default(), history, temperature }
@@ -139,7 +139,7 @@ impl Plant {
         for slew in &mut state.slewed {
             slew[0] = slew[1];
         }
-        if self.laws.number(Kind::TorqueDelay).is_some() {
+        if self.laws.number(HiddenKind::TorqueDelay).is_some() {
             let torque = self.rotor_torque(&state.x, inputs);
             state.history.push(inputs.time + span, torque);
         }
@@ -159,7 +159,7 @@ impl Plant {
 
     /// The limiter has no derivative where it switches, so it moves once a step and is straight inside it.
     fn prepare_slew(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
-        let Some(rate) = self.laws.number(Kind::SlewRateLimit) else { return };
+        let Some(rate) = self.laws.number(HiddenKind::SlewRateLimit) else { return };
         let voltage = self.voltage(&state.x);
         for rotor in 0..ROTORS {
             let target = self.steady_rate((&state.x, &state.memories), rotor, inputs, voltage);
@@ -191,17 +191,17 @@ impl Plant {
         let voltage = self.voltage(x);
         for rotor in 0..ROTORS {
             let [from, to] = state.slewed[rotor];
-            let z = match self.laws.number(Kind::SlewRateLimit) {
+            let z = match self.laws.number(HiddenKind::SlewRateLimit) {
                 Some(_) => from + part * (to - from),
                 None => self.steady_rate((x, &state.memories), rotor, inputs, voltage),
             };
             self.rotor_derivative(x, rotor, z, inputs, &mut slope);
         }
-        let rotor_torque = match self.laws.number(Kind::TorqueDelay) {
+        let rotor_torque = match self.laws.number(HiddenKind::TorqueDelay) {
             Some(delay) => state.history.at(inputs.time + part * span - delay),
             None => self.rotor_torque(x, inputs),
         };
-        let torque = match self.laws.number(Kind::RotorLag) {
+        let torque = match self.laws.number(HiddenKind::RotorLag) {
             Some(pole) => {
                 slope[TORQUE] = pole * (rotor_torque - x[TORQUE]);
                 x[TORQUE]
@@ -213,7 +213,7 @@ impl Plant {
             slope[RATE] = (inputs.torque + self.body_torque((x, &state.memories[0]), inputs, torque))
                 / self.config.inertia;
         }
-        if let Some(pole) = self.laws.number(Kind::GyroLag) {
+        if let Some(pole) = self.laws.number(HiddenKind::GyroLag) {
             slope[GYRO] = pole * (x[RATE] - x[GYRO]);
         }
         slope[USED] = self.battery.drain(self.total_current(x));
@@ -230,17 +230,17 @@ impl Plant {
     ) {
         let w = x[PROPELLER + rotor];
         let mut driven = z;
-        for Law { kind, p } in self.laws.known() {
+        for HiddenLaw { kind, p } in self.laws.known() {
             match kind {
-                Kind::SecondOrderLag => {
+                HiddenKind::SecondOrderLag => {
                     slope[SECOND_LAG + rotor] = p[0] * (z - x[SECOND_LAG + rotor]);
                     driven = x[SECOND_LAG + rotor];
                 }
-                Kind::MotorHeating => {
+                HiddenKind::MotorHeating => {
                     let ratio = w / self.config.hover_rate;
                     slope[HEAT + rotor] = (ratio * ratio * ratio - x[HEAT + rotor]) / p[1];
                 }
-                Kind::TelemetryLag => {
+                HiddenKind::TelemetryLag => {
                     slope[TELEMETRY + rotor] = p[0] * (w - x[TELEMETRY + rotor]);
                 }
                 _ => {}
@@ -382,7 +382,7 @@ impl Plant {
 
     /// [rad/s] what a noise-free ESC would report of a rotor.
     fn sensed_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
-        let lagged = self.laws.number(Kind::TelemetryLag).is_some();
+        let lagged = self.laws.number(HiddenKind::TelemetryLag).is_some();
         let rate = state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor];
         if !self.laws.has_own() {
             return rate;
@@ -392,7 +392,7 @@ impl Plant {
 
     /// [rad/s] what a noise-free gyro would give.
     fn sensed_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
-        let lagged = self.laws.number(Kind::GyroLag).is_some();
+        let lagged = self.laws.number(HiddenKind::GyroLag).is_some();
         let rate = self.laws.gyro(state.x[if lagged { GYRO } else { RATE }]);
         if !self.laws.has_own() {
             return rate;

@@ -1,6 +1,6 @@
 use crate::effect::Site;
 
-use super::hidden::Law;
+use super::hidden::HiddenLaw;
 use crate::emulate::*;
 
 const SECOND: u64 = clock::NANOSECONDS_PER_SECOND;
@@ -227,7 +227,7 @@ fn a_drawn_effect_depends_on_the_seed_alone_and_always_builds() {
     for seed in 0..300 {
         let drawn = HiddenConfig::draw(seed, |_| true).expect("the table is not empty");
         assert_eq!(Some(&drawn), HiddenConfig::draw(seed, |_| true).as_ref());
-        assert!(Law::build(&drawn).is_ok(), "{drawn}");
+        assert!(HiddenLaw::build(&drawn).is_ok(), "{drawn}");
         seen.insert(drawn.effect);
     }
     assert_eq!(seen.len(), catalogue().count(), "every law is drawn sometimes");
@@ -247,13 +247,13 @@ fn what_cannot_be_is_refused_by_name() {
     assert!(refused(|config| config.sensors.body_rate.rate_hz = -1.0).contains("`body_rate`"));
     assert!(refused(|config| config.battery.used = 2.0).contains("`battery.used`"));
     let unknown = HiddenConfig::parse("warp_drive:power=1").expect("readable");
-    let sentence = Law::build(&unknown).unwrap_err().to_string();
+    let sentence = HiddenLaw::build(&unknown).unwrap_err().to_string();
     assert!(sentence.contains("warp_drive") && sentence.contains("rotorbench effects"), "{sentence}");
     let misnamed = HiddenConfig::parse("gravity_pendulum:mass=1").expect("readable");
-    assert!(Law::build(&misnamed).unwrap_err().to_string().contains("no parameter `mass`"));
+    assert!(HiddenLaw::build(&misnamed).unwrap_err().to_string().contains("no parameter `mass`"));
     assert!(HiddenConfig::parse("gravity_pendulum:moment").is_err());
     let heavy = HiddenConfig::parse("gravity_pendulum:moment=300").expect("readable");
-    let sentence = Law::build(&heavy).unwrap_err().to_string();
+    let sentence = HiddenLaw::build(&heavy).unwrap_err().to_string();
     assert!(sentence.ends_with("`moment` must lie in -20..20 N m, not 300"), "{sentence}");
 }
 
@@ -264,7 +264,10 @@ fn a_completed_effect_says_every_number_and_is_the_same() {
         let short = HiddenConfig::parse(id).expect("an id");
         let whole = short.clone().completed();
         assert_eq!(whole.parameters.len(), names.len(), "{whole}");
-        assert_eq!(Law::build(&whole).expect("it can be"), Law::build(&short).expect("it can be"));
+        assert_eq!(
+            HiddenLaw::build(&whole).expect("it can be"),
+            HiddenLaw::build(&short).expect("it can be")
+        );
     }
     let part = HiddenConfig::parse("gravity_pendulum:moment=0.4").expect("readable").completed();
     assert_eq!((part.parameters["moment"], part.parameters["angle_offset"]), (0.4, 0.1));

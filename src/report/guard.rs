@@ -2,7 +2,7 @@
 
 use crate::guard::{Cause, State};
 use crate::runtime::experiment::Ending;
-use crate::runtime::operator::Answer;
+use crate::runtime::operator::GuardAnswer;
 use crate::signal::{Channel, GuardEvent};
 
 /// While an experiment waits.
@@ -27,14 +27,14 @@ pub fn event(event: &GuardEvent) -> String {
 
 /// What the guard decided and refused of what an operator asked for. That it refuses what is so already is no news.
 #[must_use]
-pub fn heard(answer: &Answer) -> Vec<String> {
+pub fn heard(answer: &GuardAnswer) -> Vec<String> {
     let is_news = |it: &&GuardEvent| !answer.was_so || it.cause != Cause::RequestRefused as u32;
     answer.events.iter().filter(is_news).map(event).collect()
 }
 
 /// The state that a bench is in after what an operator asked for.
 #[must_use]
-pub fn state(answer: &Answer) -> String {
+pub fn state(answer: &GuardAnswer) -> String {
     if answer.was_so { format!("already {}", answer.state) } else { answer.state.to_string() }
 }
 
@@ -62,7 +62,8 @@ mod tests {
             cause: Cause::RequestRefused as u32,
             ..GuardEvent::default()
         };
-        let mut answer = Answer { state: State::Armed, obeyed: true, was_so: true, events: vec![refused] };
+        let mut answer =
+            GuardAnswer { state: State::Armed, obeyed: true, was_so: true, events: vec![refused] };
         assert_eq!((heard(&answer), state(&answer).as_str()), (vec![], "already armed"));
         answer.was_so = false;
         assert_eq!((heard(&answer).len(), state(&answer).as_str()), (1, "armed"));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::clock::span_s;
-use crate::emulate::{BodySummary, BusSummary};
+use crate::emulate::{BodyMotion, BusSummary};
 use crate::recording::RecorderSummary;
 use crate::rt::{Percentiles, Summary};
 use crate::runtime::bridge::BridgeSummary;
@@ -153,7 +153,7 @@ fn guard_events(events: &[EventLine]) -> String {
 
 /// How an emulated body moved.
 #[must_use]
-pub fn body(body: &BodySummary) -> String {
+pub fn body(body: &BodyMotion) -> String {
     format!(
         "ran {:.1} s; true angle while the rotors turned: rms {:.4} rad, greatest {:.4} rad; battery {:.2} V",
         body.duration_s, body.angle_rms_rad, body.angle_peak_rad, body.battery_voltage_v

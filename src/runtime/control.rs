@@ -14,7 +14,7 @@ use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
 
 /// The control process before its thread is made real-time.
 #[derive(Debug)]
-pub struct ControlLoop {
+pub struct ControlProcess {
     trigger: StepTrigger,
     cycle: Cycle,
     output: ControlOutput,
@@ -46,7 +46,7 @@ pub struct ControlSummary {
     pub granted: Granted,
 }
 
-impl ControlLoop {
+impl ControlProcess {
     /// Joins the bench and takes its controls.
     ///
     /// # Errors
@@ -178,7 +178,7 @@ pub fn control(
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<ControlSummary, ProcessError> {
-    let mut control = ControlLoop::open(config, source)?;
+    let mut control = ControlProcess::open(config, source)?;
     let granted = config.real_time.beneath().apply()?;
     control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");

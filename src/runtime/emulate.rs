@@ -5,7 +5,7 @@ use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
 use crate::can::{Port, protocol};
 use crate::clock;
-use crate::emulate::{self, BodySummary, BusSummary, EmulatedBus, EmulationOptions, Emulator};
+use crate::emulate::{self, BodyMotion, BusSummary, EmulatedBus, EmulationOptions, Emulator};
 use crate::guard::{Cause, State};
 use crate::rt::{Granted, LogWriter, Shutdown, Summary};
 use crate::shm::{BenchMember, ProcessRole};
@@ -18,7 +18,7 @@ const LOG_LINES: usize = 64;
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GuardedSummary {
     /// Body and battery.
-    pub body: BodySummary,
+    pub body: BodyMotion,
     /// State of the guard at the end.
     pub state: String,
     /// Cause of its last transition.

@@ -9,7 +9,7 @@ use super::controller_plant::{self, ExperimentPlan};
 use super::lockstep::{Interference, Lockstep};
 use super::record::Background;
 use super::thresholds::THRESHOLDS;
-use super::trace::Trace;
+use super::trace::LogTrace;
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::experiment::{Experiment, ExperimentError};
@@ -78,14 +78,14 @@ pub fn in_lockstep(
     plan: &ExperimentPlan,
     interference: &mut impl Interference,
     mut progress: impl FnMut(f64) -> bool,
-) -> Result<(Trace, Ending), ProcessError> {
+) -> Result<(LogTrace, Ending), ProcessError> {
     /// Slots between two words on progress.
     const REPORT_SLOTS: u64 = 5000;
     let (experiment, source) = prepare(config, plan)?;
     let guard = controller_plant::guard(config)?;
     let bench = Lockstep::new(super::emulate::emulator(config)?, source, config.period_s).guarded(guard);
     let mut state = bench.start();
-    let mut trace = Trace::default();
+    let mut trace = LogTrace::default();
     let period_ns = clock::span_ns(config.period_s);
     let mut passed = 0;
     while !bench.is_finished(&state) {

@@ -15,7 +15,7 @@ use crate::signal::{Applied, GuardEvent, Request};
 
 /// What became of an act.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
+pub struct GuardAnswer {
     /// State of the guard afterwards.
     pub state: State,
     /// Whether it is what was asked for.
@@ -33,7 +33,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 ///
 /// # Errors
 /// [`ProcessError::NotRunning`] when nobody guards the bench, [`ProcessError::Unanswered`] when who does cannot say so.
-pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessError> {
+pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<GuardAnswer, ProcessError> {
     check_is_there(config)?;
     let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Operator)?;
     let mut applied = bench.subscribe(&APPLIED)?;
@@ -49,7 +49,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let patience_s =
         THRESHOLDS.answer_s + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
-    let mut answer = Answer { state: state(&before), obeyed: false, was_so: false, events: Vec::new() };
+    let mut answer = GuardAnswer { state: state(&before), obeyed: false, was_so: false, events: Vec::new() };
     while clock::monotonic_ns() < deadline_ns {
         // Ringing again costs nothing, and reaches a guard that had not opened the request yet.
         bell.ring();

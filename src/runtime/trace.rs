@@ -13,14 +13,14 @@ const SENSORS: usize = Channel::LOG_SIGNALS.len();
 /// A cell is filled only when its sensor has given a value since the row before: a slower sensor leaves
 /// empty cells, never a value that was not measured.
 #[derive(Debug, Clone, Default)]
-pub struct Trace {
+pub struct LogTrace {
     time: Vec<f64>,
     commands: [Vec<f64>; ROTORS],
     measured: [Vec<f64>; SENSORS],
     counts: [u32; SENSORS],
 }
 
-impl Trace {
+impl LogTrace {
     /// A row at `time_ns` of the log's own time.
     pub fn push(&mut self, time_ns: u64, sensors: &Sensors, applied: &Applied) {
         self.time.push(clock::span_s(time_ns));

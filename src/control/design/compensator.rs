@@ -2,7 +2,7 @@
 
 use nalgebra::RowSVector;
 
-use super::linear::Linear;
+use super::linear::SisoSystem;
 use super::plant::slopes;
 use crate::control::{Compensation, EmcGains, PidConfig, PlantParameters};
 
@@ -25,7 +25,7 @@ impl Compensator {
         known: &Compensation,
         angle: f64,
         period_s: f64,
-    ) -> Linear {
+    ) -> SisoSystem {
         let (stiffness, damping) = slopes(known, angle);
         match self {
             Self::Emc(gains) => emc(gains, plant.inertia, stiffness, damping, period_s),
@@ -35,7 +35,7 @@ impl Compensator {
 }
 
 /// [LPC16] Eqs. (25), (28) on x̂ = [x_c1, x_c2, x_c3, x_d1, x_d2], with the known torques in model and law.
-fn emc(gains: &EmcGains, inertia: f64, stiffness: f64, damping: f64, t_c: f64) -> Linear {
+fn emc(gains: &EmcGains, inertia: f64, stiffness: f64, damping: f64, t_c: f64) -> SisoSystem {
     type Row = RowSVector<f64, 5>;
     let EmcGains { beta, l, k } = *gains;
     let unit = |index: usize| Row::from_fn(|_, column| if column == index { 1.0 } else { 0.0 });
@@ -51,7 +51,7 @@ fn emc(gains: &EmcGains, inertia: f64, stiffness: f64, damping: f64, t_c: f64) -
         x_d1 + x_d2 - x_2 * l[2],
         x_d2 - x_2 * l[3],
     ];
-    let mut system = Linear::zeros(5);
+    let mut system = SisoSystem::zeros(5);
     for (index, row) in rows.iter().enumerate() {
         system.a.row_mut(index).copy_from(row);
     }
@@ -63,8 +63,8 @@ fn emc(gains: &EmcGains, inertia: f64, stiffness: f64, damping: f64, t_c: f64) -
 }
 
 /// [LPC16] Eq. (30) on [angle, x_I].
-fn pid(gains: &PidConfig, stiffness: f64, damping: f64, t_c: f64) -> Linear {
-    let mut system = Linear::zeros(2);
+fn pid(gains: &PidConfig, stiffness: f64, damping: f64, t_c: f64) -> SisoSystem {
+    let mut system = SisoSystem::zeros(2);
     system.a.copy_from_slice(&[1.0, -1.0, 0.0, 1.0]);
     system.b[0] = t_c;
     system.c.copy_from_slice(&[-gains.k_p + stiffness, gains.k_i * t_c]);

@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// A discrete linear system with one input and one output: x⁺ = A x + b u, y = cᵀ x + d u.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linear {
+pub struct SisoSystem {
     /// A.
     pub a: DMatrix<f64>,
     /// b.
@@ -15,7 +15,7 @@ pub struct Linear {
     pub d: f64,
 }
 
-impl Linear {
+impl SisoSystem {
     pub(super) fn zeros(states: usize) -> Self {
         let zeros = DVector::zeros(states);
         Self { a: DMatrix::zeros(states, states), b: zeros.clone(), c: zeros, d: 0.0 }

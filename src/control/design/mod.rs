@@ -11,7 +11,7 @@ mod tune;
 
 pub use compensator::Compensator;
 pub use frequency::{LoopResponse, Margins};
-pub use linear::Linear;
+pub use linear::SisoSystem;
 pub use plant::LoopPlant;
 pub use tune::{Advice, Improvement, advise, pid_by_margins};
 
@@ -23,8 +23,8 @@ use super::{Compensation, ControlError, PlantParameters, check_period};
 /// A stable closed loop, opened at the plant's input for its margins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscreteLoop {
-    plant: Linear,
-    compensator: Linear,
+    plant: SisoSystem,
+    compensator: SisoSystem,
     period_s: f64,
     eigenvalues: Vec<Complex<f64>>,
 }
@@ -62,7 +62,7 @@ impl DiscreteLoop {
 }
 
 /// Plant and controller in one matrix.
-fn closed(plant: &Linear, controller: &Linear) -> DMatrix<f64> {
+fn closed(plant: &SisoSystem, controller: &SisoSystem) -> DMatrix<f64> {
     let (n, m) = (plant.b.len(), controller.b.len());
     let mut a = DMatrix::zeros(n + m, n + m);
     a.view_mut((0, 0), (n, n)).copy_from(&(&plant.a + &plant.b * plant.c.transpose() * controller.d));

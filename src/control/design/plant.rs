@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::linear::Linear;
+use super::linear::SisoSystem;
 use crate::control::error::{require, require_finite, require_positive};
 use crate::control::{Compensation, ControlError, PlantParameters};
 
@@ -58,7 +58,7 @@ impl LoopPlant {
     ///
     /// # Errors
     /// [`ControlError::Parameter`] names what is no plant.
-    pub fn sampled(&self, period_s: f64) -> Result<Linear, ControlError> {
+    pub fn sampled(&self, period_s: f64) -> Result<SisoSystem, ControlError> {
         self.validate()?;
         let (a, b, c) = self.continuous();
         let whole = (self.delay_s / period_s + 1e-9).floor();
@@ -70,7 +70,7 @@ impl LoopPlant {
         let (phi, gain_before) = (&after * before, &after * gain_before);
 
         let (n, registers) = (b.len(), whole + 1);
-        let mut sampled = Linear::zeros(n + registers);
+        let mut sampled = SisoSystem::zeros(n + registers);
         sampled.a.view_mut((0, 0), (n, n)).copy_from(&phi);
         // Register i holds the command of i + 1 periods ago.
         sampled.a.view_mut((0, n + whole), (n, 1)).copy_from(&gain_before);

@@ -14,7 +14,7 @@ use crate::guard::{Guard, GuardState, OperatorAct};
 use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, ROTORS, Request, Sensors};
 
 use super::command_source::{CommandSource, CommandSourceState};
-use super::trace::Trace;
+use super::trace::LogTrace;
 
 pub use own_controller::run_controller;
 
@@ -260,9 +260,9 @@ fn pass_through(sequence: u64, now_ns: u64, newest: Option<&Command>) -> Applied
 /// Drives the emulated rotors with an experiment, open loop and without a guard, and gives the log from the
 /// first excited slot on. For what a guard may say to it, see [`Experiment::check`].
 #[must_use]
-pub fn drive(emulator: &Emulator, experiment: &Experiment) -> Trace {
+pub fn drive(emulator: &Emulator, experiment: &Experiment) -> LogTrace {
     let mut state = emulator.start(ORIGIN_NS);
-    let mut trace = Trace::default();
+    let mut trace = LogTrace::default();
     let period_ns = clock::span_ns(experiment.period_s()).max(1);
     for slot in 0..experiment.slots() {
         let applied = Applied { rotor: experiment.command(slot), ..Applied::default() };

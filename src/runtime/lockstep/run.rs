@@ -51,7 +51,7 @@ pub struct LockstepSummary {
 
 /// Sees a run go by: sums it up, and hands it to a recorder.
 #[derive(Debug)]
-pub(crate) struct Log {
+pub(crate) struct RunLog {
     began_ns: u64,
     slots: u64,
     answered: u64,
@@ -62,7 +62,7 @@ pub(crate) struct Log {
     recorder: RecordSender,
 }
 
-impl Log {
+impl RunLog {
     pub(crate) fn new(recorder: RecordSender) -> Self {
         Self {
             began_ns: clock::monotonic_ns(),
@@ -101,7 +101,7 @@ impl Log {
     }
 }
 
-impl Interference for Log {
+impl Interference for RunLog {
     fn event(&mut self, event: &GuardEvent) {
         self.events.push(EventLine::new(event, ORIGIN_NS));
         self.recorder.event(event);
@@ -139,7 +139,7 @@ pub fn run(
         }
         None => None,
     };
-    let mut log = Log::new(recorder.as_ref().map_or_else(RecordSender::off, Recorder::sender));
+    let mut log = RunLog::new(recorder.as_ref().map_or_else(RecordSender::off, Recorder::sender));
     let mut state = bench.start();
     for _ in 0..bench.slots(seconds) {
         let slot = bench.step(&mut state, &mut log);

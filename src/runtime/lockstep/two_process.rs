@@ -5,7 +5,7 @@
 //! A peer that does not answer for the patience (of the machine's clock) is taken as gone: virtual time then runs on
 //! without commands, and the guard's own timeouts, in virtual time, drive the failsafe. Nothing hangs.
 
-use super::run::{LockstepSummary, Log};
+use super::run::{LockstepSummary, RunLog};
 use super::{EmulatedBench, Interference, Slot, SlotInputs};
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -106,7 +106,7 @@ struct Topics {
     applied: Publisher<Applied>,
     steps: Publisher<GuardStep>,
     events: Publisher<GuardEvent>,
-    log: Log,
+    log: RunLog,
 }
 
 impl Topics {
@@ -116,7 +116,7 @@ impl Topics {
             applied: bench.publish(&APPLIED)?,
             steps: bench.publish(&GUARD_STEPS)?,
             events: bench.publish(&GUARD_EVENTS)?,
-            log: Log::new(RecordSender::off()),
+            log: RunLog::new(RecordSender::off()),
         })
     }
 }

@@ -13,7 +13,7 @@ use crate::can::Port;
 use crate::clock;
 use crate::rt::{self, Cycle, Granted, LogWriter, RealTimeConfig, Shutdown, Statistics, Usage};
 use crate::runtime::bus_io::is_virtual;
-use crate::runtime::control::ControlLoop;
+use crate::runtime::control::ControlProcess;
 use crate::runtime::run::RunLoop;
 use crate::runtime::{ProcessError, controller_plant, emulate};
 use crate::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS};
@@ -63,7 +63,7 @@ impl fmt::Display for Stage {
 }
 
 /// What a stage showed in one round.
-pub(crate) struct Measured {
+pub(crate) struct StageTimes {
     pub statistics: Statistics,
     pub usage: Usage,
     pub granted: Granted,
@@ -80,7 +80,7 @@ pub(crate) fn measure(
     config: &JitterConfig,
     slots: u64,
     shutdown: &Shutdown,
-) -> Result<Measured, ProcessError> {
+) -> Result<StageTimes, ProcessError> {
     let bench = &config.bench;
     match stage {
         Stage::Bare => on_own_thread(|| bare(bench, slots, shutdown)),
@@ -171,13 +171,13 @@ trait Work {
 }
 
 /// Turns until `slots` have gone by, and says what the kernel counted meanwhile.
-fn go_through(work: &mut impl Work, slots: u64, shutdown: &Shutdown, granted: Granted) -> Measured {
+fn go_through(work: &mut impl Work, slots: u64, shutdown: &Shutdown, granted: Granted) -> StageTimes {
     let before = Usage::of_this_thread();
     while work.cycle().slots() < slots && !shutdown.is_requested() {
         work.turn();
     }
     let usage = Usage::of_this_thread().since(before);
-    Measured { statistics: work.cycle().statistics().clone(), usage, granted }
+    StageTimes { statistics: work.cycle().statistics().clone(), usage, granted }
 }
 
 /// The cycle, and what is done in a slot.
@@ -209,7 +209,7 @@ impl<F: FnMut(u64)> Work for Alone<F> {
     }
 }
 
-impl Work for ControlLoop {
+impl Work for ControlProcess {
     fn turn(&mut self) {
         self.turn();
     }
@@ -229,12 +229,12 @@ impl Work for RunLoop {
     }
 }
 
-fn bare(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<Measured, ProcessError> {
+fn bare(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<StageTimes, ProcessError> {
     let granted = config.real_time.apply()?;
     Ok(go_through(&mut Alone::new(config, |_| {}), slots, shutdown, granted))
 }
 
-fn controller(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<Measured, ProcessError> {
+fn controller(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<StageTimes, ProcessError> {
     let source = controller_plant::command_source(config)?;
     let (mut state, mut sensors, mut applied) = (source.start(), Sensors::default(), Applied::default());
     let step = |now_ns| {
@@ -263,10 +263,10 @@ fn shared_memory(
     slots: u64,
     shutdown: &Shutdown,
     peer: &Shutdown,
-) -> Result<Measured, ProcessError> {
+) -> Result<StageTimes, ProcessError> {
     let source = controller_plant::command_source(config)?;
     await_sensors(config, peer)?;
-    let mut control = ControlLoop::open(config, source)?;
+    let mut control = ControlProcess::open(config, source)?;
     let granted = config.real_time.apply()?;
     control.start();
     Ok(go_through(&mut control, slots, shutdown, granted))
@@ -288,7 +288,12 @@ fn await_sensors(config: &BenchConfig, peer: &Shutdown) -> Result<(), ProcessErr
 
 /// `arms` where the other side is the emulator; on a bus that may be real the guard stays closed and every command is
 /// the safe one.
-fn bus(config: &BenchConfig, slots: u64, shutdown: &Shutdown, arms: bool) -> Result<Measured, ProcessError> {
+fn bus(
+    config: &BenchConfig,
+    slots: u64,
+    shutdown: &Shutdown,
+    arms: bool,
+) -> Result<StageTimes, ProcessError> {
     let source = controller_plant::command_source(config)?;
     let log_writer = LogWriter::start(16)?;
     let mut run = RunLoop::open(config, source, log_writer.queue())?;

@@ -19,7 +19,7 @@ use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::emulate::emulator;
 use crate::runtime::experiment::prepare;
 use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
-use crate::runtime::trace::Trace;
+use crate::runtime::trace::LogTrace;
 use crate::screening::ScreenedLog;
 use crate::signal::{ControlStep, Sensors};
 use crate::studies::impulse_response::{ImpulseResponse, Moment, measure};
@@ -241,7 +241,7 @@ fn slots_of(experiment: &Experiment) -> u64 {
 
 /// The log of an experiment, from its first excited slot to its last.
 struct Rows {
-    trace: Trace,
+    trace: LogTrace,
     lead_in: u64,
     slots: u64,
     done: u64,
@@ -252,7 +252,7 @@ struct Rows {
 impl Rows {
     fn new(experiment: &Experiment) -> Self {
         let (lead_in, slots) = (experiment.lead_in(), experiment.slots());
-        Self { trace: Trace::default(), lead_in, slots, done: 0, before: None }
+        Self { trace: LogTrace::default(), lead_in, slots, done: 0, before: None }
     }
 
     fn take(&mut self, step: &ControlStep) {
