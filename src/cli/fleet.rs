@@ -9,7 +9,7 @@ use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
-use crate::fleet::{self, AnswerAndPage, Diagnosed, Event, FleetError, Plan, Shard, Writer};
+use crate::fleet::{self, AnswerAndPage, Diagnosed, FleetError, Plan, Shard, ShardEvent, Writer};
 use crate::report::next_steps::Typed;
 use crate::report::{self, json};
 use crate::session::{self, Job};
@@ -101,7 +101,7 @@ fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
     let refusal = |error: &FleetError| report::findings::explained(error);
-    let hear = |event: Event| eprint!("{}", report::fleet::event(event));
+    let hear = |event: ShardEvent| eprint!("{}", report::fleet::event(event));
     let failed = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
         let story = |found: &Diagnosed| story(found, arguments.pages, &job);

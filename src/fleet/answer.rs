@@ -11,7 +11,7 @@ use super::FleetError;
 
 /// What came of one bench.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Answer {
+pub struct BenchAnswer {
     /// Name of the bench.
     pub bench: String,
     /// SHA-256 of its inputs.
@@ -30,7 +30,7 @@ pub struct Answer {
 
 /// What a fleet takes of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-pub struct Found {
+pub struct DiagnosisExtract {
     /// See `diagnose --json`.
     pub verdict: String,
     /// See `diagnose --json`.
@@ -38,16 +38,16 @@ pub struct Found {
     /// See `diagnose --json`.
     pub alternatives: Vec<Vec<String>>,
     /// See `diagnose --json`.
-    pub parameters: BTreeMap<String, FoundParameter>,
+    pub parameters: BTreeMap<String, ExtractedParameter>,
     /// See `diagnose --json`.
-    pub changed_parameters: Vec<ChangedParameter>,
+    pub changed_parameters: Vec<ExtractedChange>,
     /// See `diagnose --json`.
     pub error: Errors,
 }
 
 /// A parameter of an effect.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct FoundParameter {
+pub struct ExtractedParameter {
     /// In `unit`.
     pub value: Option<f64>,
     /// SI unit.
@@ -56,7 +56,7 @@ pub struct FoundParameter {
 
 /// A parameter of the model that has another value.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct ChangedParameter {
+pub struct ExtractedChange {
     /// Name in the model file.
     pub name: String,
     /// In `unit`.
@@ -87,7 +87,7 @@ pub struct HeldOut {
     pub validate: Option<f64>,
 }
 
-impl Answer {
+impl BenchAnswer {
     /// The file of an answer in `folder`.
     pub(super) fn place(folder: &Path, bench: &str, inputs: &str) -> PathBuf {
         folder.join(format!("{bench}-{}.json", inputs.get(..16).unwrap_or(inputs)))
@@ -97,14 +97,15 @@ impl Answer {
     ///
     /// # Errors
     /// [`FleetError::File`]; [`FleetError::Answer`] of a file that is none.
-    pub fn load(path: &Path) -> Result<(Self, Option<Found>), FleetError> {
+    pub fn load(path: &Path) -> Result<(Self, Option<DiagnosisExtract>), FleetError> {
         let bytes = fs::read(path).map_err(FleetError::file(path))?;
         let wrong = |error: serde_json::Error| FleetError::Answer {
             path: path.to_owned(),
             reason: error.to_string(),
         };
         let answer: Self = serde_json::from_slice(&bytes).map_err(wrong)?;
-        let found = answer.diagnosis.as_ref().map(Found::deserialize).transpose().map_err(wrong)?;
+        let found =
+            answer.diagnosis.as_ref().map(DiagnosisExtract::deserialize).transpose().map_err(wrong)?;
         if found.is_none() && answer.error.is_none() {
             let reason = "it has neither a diagnosis nor an error".to_owned();
             return Err(FleetError::Answer { path: path.to_owned(), reason });

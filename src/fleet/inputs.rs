@@ -6,7 +6,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::{Bench, FleetError};
+use super::{FleetBench, FleetError};
 
 /// Version of what an answer holds: an older one is made anew.
 const FORM: &str = "1";
@@ -15,7 +15,7 @@ const FORM: &str = "1";
 ///
 /// # Errors
 /// [`FleetError::File`] of a file that cannot be read.
-pub(super) fn hash(bench: &Bench) -> Result<String, FleetError> {
+pub(super) fn hash(bench: &FleetBench) -> Result<String, FleetError> {
     let mut all = Sha256::new();
     let mut add = |name: &str, value: &str| {
         // The length parts one field from the next, whatever is in them.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::run::UNREADABLE;
-use super::{Answer, Fleet, FleetError, Found, Plan, Row, inputs};
+use super::{BenchAnswer, BenchRow, DiagnosisExtract, Fleet, FleetError, Plan, inputs};
 use crate::screening::Finding;
 
 /// Puts the answers in `folder` together. With `plan` only those of its benches count that are of today's inputs, and benches
@@ -19,7 +19,7 @@ pub fn merge(folder: &Path, plan: Option<&Plan>) -> Result<Fleet, FleetError> {
     let mut notes = Vec::new();
     if let Some(plan) = plan {
         let wanted = wanted(plan, folder);
-        let (kept, stale): (Vec<Row>, Vec<Row>) =
+        let (kept, stale): (Vec<BenchRow>, Vec<BenchRow>) =
             rows.into_iter().partition(|row| wanted.get(&row.bench).is_some_and(|it| it.contains(&row.file)));
         rows = kept;
         if !stale.is_empty() {
@@ -41,16 +41,16 @@ pub fn merge(folder: &Path, plan: Option<&Plan>) -> Result<Fleet, FleetError> {
 fn wanted(plan: &Plan, folder: &Path) -> BTreeMap<String, Vec<String>> {
     let name =
         |path: PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let of = |bench: &super::Bench| {
+    let of = |bench: &super::FleetBench| {
         // Inputs that cannot be read have no hash, and the answer says so.
         let sum = inputs::hash(bench).unwrap_or_else(|_| UNREADABLE.to_owned());
-        (bench.name.clone(), vec![name(Answer::place(folder, &bench.name, &sum))])
+        (bench.name.clone(), vec![name(BenchAnswer::place(folder, &bench.name, &sum))])
     };
     plan.benches.iter().map(of).collect()
 }
 
 /// A row for each answer, by bench.
-fn rows_in(folder: &Path) -> Result<Vec<Row>, FleetError> {
+fn rows_in(folder: &Path) -> Result<Vec<BenchRow>, FleetError> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(FleetError::file(folder))? {
         let path = entry.map_err(FleetError::file(folder))?.path();
@@ -64,16 +64,16 @@ fn rows_in(folder: &Path) -> Result<Vec<Row>, FleetError> {
     Ok(rows)
 }
 
-fn row(path: &Path) -> Result<Row, FleetError> {
-    let (answer, found) = Answer::load(path)?;
+fn row(path: &Path) -> Result<BenchRow, FleetError> {
+    let (answer, found) = BenchAnswer::load(path)?;
     let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let page =
         path.with_extension("html").is_file().then(|| format!("{}.html", file.trim_end_matches(".json")));
-    let Found { verdict, effects, alternatives, parameters, changed_parameters, error } =
+    let DiagnosisExtract { verdict, effects, alternatives, parameters, changed_parameters, error } =
         found.unwrap_or_default();
     let of_effects = parameters.into_iter().filter_map(|(name, it)| Some((name, (it.value?, it.unit))));
     let changed = changed_parameters.into_iter().filter_map(|it| Some((it.name, (it.to?, it.unit))));
-    Ok(Row {
+    Ok(BenchRow {
         bench: answer.bench,
         file,
         page,

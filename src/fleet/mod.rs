@@ -14,9 +14,9 @@ mod run;
 mod summary;
 pub mod thresholds;
 
-pub use answer::{Answer, Errors, Found};
+pub use answer::{BenchAnswer, DiagnosisExtract, Errors};
 pub use error::FleetError;
 pub use merge::merge;
-pub use plan::{Bench, Plan};
-pub use run::{AnswerAndPage, Diagnosed, Event, Shard, Writer, run};
-pub use summary::{EffectCount, Fleet, ParameterSpread, Row, VerdictCount};
+pub use plan::{FleetBench, Plan};
+pub use run::{AnswerAndPage, Diagnosed, Shard, ShardEvent, Writer, run};
+pub use summary::{BenchRow, EffectCount, Fleet, ParameterSpread, VerdictCount};

@@ -19,13 +19,13 @@ const ENDINGS: [&str; 13] =
 pub struct Plan {
     /// One for each `[[bench]]`, in the order of the file.
     #[serde(default, rename = "bench")]
-    pub benches: Vec<Bench>,
+    pub benches: Vec<FleetBench>,
 }
 
 /// One bench.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Bench {
+pub struct FleetBench {
     /// Name: letters, digits, `.`, `_` and `-`; no other bench of the plan has it.
     pub name: String,
     /// Model file, or `paper`.
@@ -121,7 +121,7 @@ impl Plan {
     }
 }
 
-impl Bench {
+impl FleetBench {
     /// Its files as named from `folder`.
     fn be_from(&mut self, folder: &Path) {
         let of = |path: &mut PathBuf| *path = folder.join(&*path);
@@ -180,7 +180,7 @@ fn fits(name: &str, parts: &[&str]) -> bool {
 }
 
 /// The bench that a folder holds; `None` without a log.
-fn bench_in(folder: &Path) -> Result<Option<Bench>, FleetError> {
+fn bench_in(folder: &Path) -> Result<Option<FleetBench>, FleetError> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(FleetError::file(folder))? {
         files.push(entry.map_err(FleetError::file(folder))?.path());
@@ -201,7 +201,7 @@ fn bench_in(folder: &Path) -> Result<Option<Bench>, FleetError> {
     let model = folder.join("model.toml");
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let model = if model.is_file() { model } else { paper() };
-    Ok((!log.is_empty()).then(|| Bench { name, model, log, validate, ..Bench::default() }))
+    Ok((!log.is_empty()).then(|| FleetBench { name, model, log, validate, ..FleetBench::default() }))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use serde_json::Value;
 
-use super::{Answer, Bench, FleetError, Plan, inputs};
+use super::{BenchAnswer, FleetBench, FleetError, Plan, inputs};
 use crate::cancel::Cancelled;
 use crate::diagnose::{DiagnoseConfig, Diagnosis};
 use crate::file::write_atomically;
@@ -48,7 +48,7 @@ impl Shard {
 
 /// What is heard while a shard runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event<'a> {
+pub enum ShardEvent<'a> {
     /// A bench begins.
     Begins {
         /// Its name.
@@ -69,7 +69,7 @@ pub enum Event<'a> {
 /// A bench that was diagnosed: what its page is made of.
 pub struct Diagnosed<'a> {
     /// The bench.
-    pub bench: &'a Bench,
+    pub bench: &'a FleetBench,
     /// The model that it began with.
     pub model: &'a Model,
     /// Logs fitted on.
@@ -96,7 +96,7 @@ struct Work<'a> {
     folder: &'a Path,
     writer: &'a Writer<'a>,
     job: &'a Job<'a>,
-    hear: &'a dyn Fn(Event),
+    hear: &'a dyn Fn(ShardEvent),
 }
 
 /// Diagnoses every bench of a shard whose answer is not in `folder` yet. A bench that fails leaves an answer that says why, and
@@ -109,16 +109,16 @@ pub fn run(
     shard: Shard,
     folder: &Path,
     writer: &Writer,
-    (job, hear): (&Job, &dyn Fn(Event)),
+    (job, hear): (&Job, &dyn Fn(ShardEvent)),
 ) -> Result<usize, FleetError> {
     fs::create_dir_all(folder).map_err(FleetError::file(folder))?;
     let benches = plan.benches.iter().enumerate();
-    let mine: Vec<&Bench> =
+    let mine: Vec<&FleetBench> =
         benches.filter(|(index, _)| shard.holds(*index)).map(|(_, bench)| bench).collect();
     let work = Work { folder, writer, job, hear };
     let mut failed = 0;
     for (index, bench) in mine.iter().enumerate() {
-        hear(Event::Begins { bench: &bench.name, number: index + 1, of: mine.len() });
+        hear(ShardEvent::Begins { bench: &bench.name, number: index + 1, of: mine.len() });
         failed += usize::from(!work.bench(bench)?);
     }
     Ok(failed)
@@ -126,8 +126,8 @@ pub fn run(
 
 impl Work<'_> {
     /// One bench: whether it has a diagnosis.
-    fn bench(&self, bench: &Bench) -> Result<bool, FleetError> {
-        let unreadable = Answer::place(self.folder, &bench.name, UNREADABLE);
+    fn bench(&self, bench: &FleetBench) -> Result<bool, FleetError> {
+        let unreadable = BenchAnswer::place(self.folder, &bench.name, UNREADABLE);
         let sum = match inputs::hash(bench) {
             Ok(sum) => sum,
             // A log that is not there has no hash: the bench fails under the name of that, until the log is there.
@@ -137,10 +137,10 @@ impl Work<'_> {
             Err(error) => return Err(error),
         };
         remove(&unreadable)?;
-        let place = Answer::place(self.folder, &bench.name, &sum);
+        let place = BenchAnswer::place(self.folder, &bench.name, &sum);
         if place.exists() {
-            (self.hear)(Event::Present);
-            return Ok(Answer::load(&place)?.0.error.is_none());
+            (self.hear)(ShardEvent::Present);
+            return Ok(BenchAnswer::load(&place)?.0.error.is_none());
         }
         match self.caught(bench) {
             Ok(Ok((diagnosis, page))) => {
@@ -150,7 +150,7 @@ impl Work<'_> {
                 }
                 // The answer is last: where it is, everything is.
                 write(&place, &answer(bench, &sum, None, Some(diagnosis)))?;
-                (self.hear)(Event::Answered);
+                (self.hear)(ShardEvent::Answered);
                 Ok(true)
             }
             Ok(Err(FleetError::Session(SessionError::Cancelled(cancelled)))) => Err(cancelled.into()),
@@ -159,14 +159,14 @@ impl Work<'_> {
         }
     }
 
-    fn fails(&self, bench: &Bench, place: &Path, sum: &str, error: &str) -> Result<bool, FleetError> {
+    fn fails(&self, bench: &FleetBench, place: &Path, sum: &str, error: &str) -> Result<bool, FleetError> {
         write(place, &answer(bench, sum, Some(error.to_owned()), None))?;
-        (self.hear)(Event::Failed(error));
+        (self.hear)(ShardEvent::Failed(error));
         Ok(false)
     }
 
     /// Answer and page, an error, or what a panic said: one bench must not end the shard.
-    fn caught(&self, bench: &Bench) -> Result<Result<AnswerAndPage, FleetError>, String> {
+    fn caught(&self, bench: &FleetBench) -> Result<Result<AnswerAndPage, FleetError>, String> {
         catch_unwind(AssertUnwindSafe(|| self.diagnose(bench))).or_else(|panic| {
             if panic.is::<Cancelled>() {
                 return Ok(Err(SessionError::Cancelled(Cancelled).into()));
@@ -179,7 +179,7 @@ impl Work<'_> {
         })
     }
 
-    fn diagnose(&self, bench: &Bench) -> Result<AnswerAndPage, FleetError> {
+    fn diagnose(&self, bench: &FleetBench) -> Result<AnswerAndPage, FleetError> {
         let model = session::open_model(&bench.model)?;
         let open = OpenConfig {
             mapping: bench.mapping.clone(),
@@ -200,9 +200,9 @@ impl Work<'_> {
 /// In the name of an answer that no hash can be in.
 pub(super) const UNREADABLE: &str = "unreadable";
 
-fn answer(bench: &Bench, sum: &str, error: Option<String>, diagnosis: Option<Value>) -> Answer {
+fn answer(bench: &FleetBench, sum: &str, error: Option<String>, diagnosis: Option<Value>) -> BenchAnswer {
     let names = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect();
-    Answer {
+    BenchAnswer {
         bench: bench.name.clone(),
         inputs_sha256: sum.to_owned(),
         model: bench.model.display().to_string(),
@@ -213,7 +213,7 @@ fn answer(bench: &Bench, sum: &str, error: Option<String>, diagnosis: Option<Val
     }
 }
 
-fn write(place: &Path, answer: &Answer) -> Result<(), FleetError> {
+fn write(place: &Path, answer: &BenchAnswer) -> Result<(), FleetError> {
     let text = serde_json::to_string_pretty(answer)? + "\n";
     write_atomically(place, text.as_bytes()).map_err(FleetError::file(place))
 }

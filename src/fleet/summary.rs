@@ -11,7 +11,7 @@ use crate::screening::Finding;
 /// What came of one bench.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Row {
+pub struct BenchRow {
     /// Its name.
     pub bench: String,
     /// File of its answer, in the folder of answers.
@@ -105,7 +105,7 @@ pub struct ParameterSpread {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fleet {
     /// A row for each answer, by the name of the bench.
-    pub benches: Vec<Row>,
+    pub benches: Vec<BenchRow>,
     /// Benches of the plan without an answer.
     pub missing: Vec<String>,
     /// Benches with an answer that says why there is no diagnosis.
@@ -122,8 +122,8 @@ pub struct Fleet {
 
 impl Fleet {
     /// Puts rows together; `rows` are in their order.
-    pub(super) fn of(rows: Vec<Row>, missing: Vec<String>, notes: Vec<Finding>) -> Self {
-        let diagnosed: Vec<&Row> = rows.iter().filter(|row| row.error.is_none()).collect();
+    pub(super) fn of(rows: Vec<BenchRow>, missing: Vec<String>, notes: Vec<Finding>) -> Self {
+        let diagnosed: Vec<&BenchRow> = rows.iter().filter(|row| row.error.is_none()).collect();
         let verdicts = counted(diagnosed.iter().map(|row| row.verdict.as_str()));
         let effects = counted(diagnosed.iter().flat_map(|row| &row.effects).map(String::as_str));
         let spreads = spreads(&diagnosed);
@@ -170,8 +170,8 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(String, usize)> {
 }
 
 /// For each parameter and unit the benches that have it, and its values.
-fn by_parameter<'a>(rows: &[&'a Row]) -> BTreeMap<(&'a str, &'a str), Vec<(&'a Row, f64)>> {
-    let mut all: BTreeMap<_, Vec<(&Row, f64)>> = BTreeMap::new();
+fn by_parameter<'a>(rows: &[&'a BenchRow]) -> BTreeMap<(&'a str, &'a str), Vec<(&'a BenchRow, f64)>> {
+    let mut all: BTreeMap<_, Vec<(&BenchRow, f64)>> = BTreeMap::new();
     for row in rows {
         for (name, (value, unit)) in &row.parameters {
             all.entry((name.as_str(), unit.as_str())).or_default().push((row, *value));
@@ -180,8 +180,8 @@ fn by_parameter<'a>(rows: &[&'a Row]) -> BTreeMap<(&'a str, &'a str), Vec<(&'a R
     all
 }
 
-fn spreads(rows: &[&Row]) -> Vec<ParameterSpread> {
-    let spread = |((parameter, unit), values): ((&str, &str), Vec<(&Row, f64)>)| {
+fn spreads(rows: &[&BenchRow]) -> Vec<ParameterSpread> {
+    let spread = |((parameter, unit), values): ((&str, &str), Vec<(&BenchRow, f64)>)| {
         let at = |share| quantile(values.iter().map(|(_, value)| *value), share);
         Some(ParameterSpread {
             parameter: parameter.to_owned(),
@@ -198,7 +198,7 @@ fn spreads(rows: &[&Row]) -> Vec<ParameterSpread> {
 }
 
 /// Benches without an effect that is usual, and with one that hardly any other has.
-fn unlike_in_effects(rows: &[&Row], effects: &[(String, usize)]) -> Vec<Finding> {
+fn unlike_in_effects(rows: &[&BenchRow], effects: &[(String, usize)]) -> Vec<Finding> {
     let usual = THRESHOLDS.usual_share * rows.len() as f64;
     let rare = rows.len() as f64 - usual;
     let mut found = Vec::new();
@@ -221,7 +221,7 @@ fn unlike_in_effects(rows: &[&Row], effects: &[(String, usize)]) -> Vec<Finding>
 }
 
 /// Benches whose parameter is far from where the others' are.
-fn unlike_in_parameters(rows: &[&Row]) -> Vec<Finding> {
+fn unlike_in_parameters(rows: &[&BenchRow]) -> Vec<Finding> {
     let mut found = Vec::new();
     for ((parameter, unit), values) in by_parameter(rows) {
         if values.len() < THRESHOLDS.fewest_benches {
@@ -243,19 +243,19 @@ fn unlike_in_parameters(rows: &[&Row]) -> Vec<Finding> {
 mod tests {
     use super::*;
 
-    fn row(number: usize, effects: &[&str], gain: f64) -> Row {
-        Row {
+    fn row(number: usize, effects: &[&str], gain: f64) -> BenchRow {
+        BenchRow {
             bench: format!("bench-{number:02}"),
             verdict: if effects.is_empty() { "adequate" } else { "missing_effect" }.to_owned(),
             effects: effects.iter().map(|&effect| effect.to_owned()).collect(),
             parameters: [("heat.gain".to_owned(), (gain, "-".to_owned()))].into(),
-            ..Row::default()
+            ..BenchRow::default()
         }
     }
 
     #[test]
     fn benches_that_differ_are_found() {
-        let mut rows: Vec<Row> =
+        let mut rows: Vec<BenchRow> =
             (0..20).map(|at| row(at, &["heat"], 1.0 + 0.01 * f64::from(at as u32 % 5))).collect();
         rows[3].effects.clear();
         rows[5].effects.push("friction".to_owned());

@@ -3,7 +3,7 @@
 use super::findings::sentence;
 use super::table::number;
 use super::{Mark, Page, Table};
-use crate::fleet::{Event, Fleet, ParameterSpread, Row};
+use crate::fleet::{BenchRow, Fleet, ParameterSpread, ShardEvent};
 
 /// One screen.
 #[must_use]
@@ -34,12 +34,12 @@ pub fn page(fleet: &Fleet) -> Page {
 
 /// A line for each thing heard of a shard.
 #[must_use]
-pub fn event(event: Event) -> String {
+pub fn event(event: ShardEvent) -> String {
     match event {
-        Event::Begins { bench, number, of } => format!("{number} of {of}: {bench} ... "),
-        Event::Present => "is there already\n".to_owned(),
-        Event::Answered => "done\n".to_owned(),
-        Event::Failed(why) => format!("failed: {why}\n"),
+        ShardEvent::Begins { bench, number, of } => format!("{number} of {of}: {bench} ... "),
+        ShardEvent::Present => "is there already\n".to_owned(),
+        ShardEvent::Answered => "done\n".to_owned(),
+        ShardEvent::Failed(why) => format!("failed: {why}\n"),
     }
 }
 
@@ -57,7 +57,7 @@ fn headline(fleet: &Fleet) -> String {
 
 fn notes(fleet: &Fleet) -> Vec<String> {
     let missing = (!fleet.missing.is_empty()).then(|| format!("no answer yet: {}", fleet.missing.join(", ")));
-    let error = |row: &Row| Some(format!("{} failed: {}", row.bench, row.error.as_ref()?));
+    let error = |row: &BenchRow| Some(format!("{} failed: {}", row.bench, row.error.as_ref()?));
     let failed = fleet.benches.iter().filter_map(error);
     missing.into_iter().chain(failed).chain(fleet.findings.iter().map(sentence)).collect()
 }
@@ -87,7 +87,7 @@ fn benches(fleet: &Fleet, linked: bool) -> Table {
     })
 }
 
-fn cells(row: &Row, linked: bool) -> Vec<String> {
+fn cells(row: &BenchRow, linked: bool) -> Vec<String> {
     let name = match &row.page {
         Some(page) if linked => format!("[{}]({page})", row.bench),
         _ => row.bench.clone(),
