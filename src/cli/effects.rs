@@ -48,8 +48,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let model = session::open_model(&arguments.model)?;
     let Some(id) = &arguments.id else {
-        let own = model.user_effects.iter().map(Answer::of_own);
-        let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).chain(own).collect();
+        let own = model.user_effects.iter().map(EffectAnswer::of_own);
+        let cards: Vec<EffectAnswer> =
+            CATALOGUE.iter().map(|card| EffectAnswer::of(card)).chain(own).collect();
         output::say(arguments.json, &cards, || report::effects::list(&model))?;
         return Ok(Outcome::Done);
     };
@@ -61,17 +62,17 @@ pub fn run(arguments: &Arguments) -> CliResult {
                 .err()
                 .map_or_else(|| UsageError::UnknownEffect { id: id.clone() }.into(), CliError::from)
         })?;
-        output::say(arguments.json, &Answer::of_own(own), || report::effects::own_card(own))?;
+        output::say(arguments.json, &EffectAnswer::of_own(own), || report::effects::own_card(own))?;
         return Ok(Outcome::Done);
     };
-    output::say(arguments.json, &Answer::of(card), || report::effects::card(card))?;
+    output::say(arguments.json, &EffectAnswer::of(card), || report::effects::card(card))?;
     Ok(Outcome::Done)
 }
 
 /// A card, as `--json` writes it; of a law of one's own what its model file does not say is empty.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Answer<'a> {
+pub(super) struct EffectAnswer<'a> {
     /// Name in files.
     id: &'a str,
     /// One line.
@@ -116,7 +117,7 @@ struct ParameterAnswer<'a> {
     meaning: &'a str,
 }
 
-impl<'a> Answer<'a> {
+impl<'a> EffectAnswer<'a> {
     fn of(card: &'a Card) -> Self {
         let parameters = card.parameters.iter().map(|it| ParameterAnswer {
             name: it.name,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
 use super::output::{Force, writable};
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
@@ -207,7 +207,7 @@ fn rotors(text: &str) -> Result<Rotors, String> {
 /// The file that says what was run.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-pub(super) struct Protocol<'a> {
+pub(super) struct ExperimentFile<'a> {
     /// Name of the bench.
     bench: &'a str,
     /// [s] period of the loop.
@@ -264,7 +264,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         on_bench(&config, &plan, output, &shutdown)?
     };
     session::save_log(&dataset, output)?;
-    let protocol = Protocol {
+    let protocol = ExperimentFile {
         bench: &config.name,
         period_s: config.period_s,
         model: &config.model,
@@ -287,7 +287,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     Ok(if protocol.complete { Outcome::Done } else { Outcome::FoundWanting })
 }
 
-fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
+fn write_protocol(protocol: &ExperimentFile, path: &Path) -> Result<(), CliError> {
     let text = toml::to_string(protocol)?;
     Ok(write_atomically(path, text.as_bytes()).map_err(UsageError::at(path))?)
 }
@@ -297,7 +297,7 @@ fn in_lockstep(
     plan: &ExperimentPlan,
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
         progress.share("", share);
         !shutdown.is_requested()
@@ -316,7 +316,7 @@ fn on_bench(
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {
     let recording = output.with_extension("mcap");
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let waiting = || {
         eprintln!("{}", report::guard::WAITS_FOR_ARM);
     };

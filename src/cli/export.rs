@@ -31,7 +31,7 @@ pub struct Arguments {
 /// What was written, as `--json` says it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Default, Serialize)]
-pub(super) struct Answer<'a> {
+pub(super) struct ExportAnswer<'a> {
     /// The CSV log, where one was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     rows: Option<Written<'a>>,
@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Err(UsageError::NamedLikeFrames { path: path.clone() }.into());
     }
     writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording], arguments.force)?;
-    let mut answer = Answer::default();
+    let mut answer = ExportAnswer::default();
     let mut outcome = Outcome::Done;
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };

@@ -55,7 +55,7 @@ pub struct Arguments {
 /// The answer, as `--json` writes it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Answer<'a> {
+pub(super) struct ExtendAnswer<'a> {
     /// Ids of the effects that were added, in their order.
     added: &'a [String],
     /// The error before and after.
@@ -104,7 +104,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let warnings = sentences(findings);
     if arguments.answer.json {
-        let answer = Answer {
+        let answer = ExtendAnswer {
             added: &arguments.effect,
             error: &extension.error,
             model: &extension.model,
@@ -138,7 +138,7 @@ fn nothing_to_change(
     findings.insert(0, Finding::new("nothing_to_change", ""));
     let warnings = sentences(&findings);
     if json {
-        let answer = Answer { added: &[], error, model, warnings: &warnings, findings: &findings };
+        let answer = ExtendAnswer { added: &[], error, model, warnings: &warnings, findings: &findings };
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::nothing_to_change(&findings[0], error));

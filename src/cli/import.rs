@@ -48,7 +48,7 @@ pub struct Arguments {
 /// What `import` found.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Report<'a> {
+pub(super) struct ImportAnswer<'a> {
     /// Name of the log.
     source: &'a str,
     /// What it was recognised as.
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         session::save_log(log.raw(), output)?;
     }
     if arguments.json {
-        let report = Report {
+        let report = ImportAnswer {
             source: log.source_name(),
             format,
             sha256: log.raw().sha256(),

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::operate::BenchArguments;
 use super::output::{Force, writable};
-use super::progress::{self, Progress};
+use super::progress::{self, ProgressLine};
 use super::{CliResult, Outcome};
 use crate::report;
 use crate::rt::Shutdown;
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let shutdown = Shutdown::listen()?;
     // Drawn between the stages, not during them.
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let what = format!("{} s for each stage", config.seconds);
     let measured = jitter(&config, &shutdown, |done| {
         progress.line(|| {

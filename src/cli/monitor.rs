@@ -2,7 +2,7 @@
 
 mod line;
 
-pub(super) use line::Line;
+pub(super) use line::MonitorLine;
 
 use std::io::{IsTerminal, Write, stdout};
 use std::time::Duration;
@@ -67,7 +67,7 @@ fn print_lines(view: &mut View, shutdown: &Shutdown) -> CliResult {
             view.listen();
         }
         // Who reads may leave first.
-        if writeln!(stdout(), "{}", report::json::line(&Line::of(view))?).is_err() {
+        if writeln!(stdout(), "{}", report::json::line(&MonitorLine::of(view))?).is_err() {
             break;
         }
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::output::{Force, writable};
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::usage_error::UsageError;
 use super::{CliResult, Outcome};
 use crate::report::findings::step;
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     writable([&arguments.report], [], arguments.force)?;
     let settings = PaperSettings { seed: arguments.seed, prbs_s: arguments.prbs_s, hold_s: arguments.hold_s };
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let shutdown = Shutdown::listen()?;
     let run = paper::run(&settings, &shutdown, &mut |what, share| progress.share(step(what), share));
     drop(progress);

@@ -13,7 +13,7 @@ const USUAL_WIDTH: u16 = 80;
 
 /// The line. It goes when this is dropped.
 #[derive(Debug)]
-pub struct Progress {
+pub struct ProgressLine {
     began: Instant,
     is_shown: bool,
     state: Mutex<State>,
@@ -25,7 +25,7 @@ struct State {
     count: usize,
 }
 
-impl Progress {
+impl ProgressLine {
     /// Begins now.
     pub fn start() -> Self {
         let is_shown = std::io::stderr().is_terminal();
@@ -89,7 +89,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         if self.is_shown {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn what_is_counted_is_counted_without_a_terminal_too() {
-        let mut progress = Progress::start();
+        let mut progress = ProgressLine::start();
         progress.is_shown = false;
         progress.step("one", 2);
         progress.one_more("candidates");

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::operate::BenchArguments;
 use super::output::Force;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::{CliError, CliResult, Outcome};
 use crate::recording::RecorderSummary;
 use crate::report::run_summary;
@@ -34,7 +34,7 @@ pub struct Arguments {
 /// The summary, as `--json` writes it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Answer {
+pub(super) struct RecordAnswer {
     /// Records written.
     written: u64,
     /// Records lost, because the recorder or its disk was too slow, or the disk full.
@@ -48,14 +48,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     arguments.force.make_way(&arguments.output)?;
     let shutdown = Shutdown::listen()?;
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let show = |summary: RecorderSummary| progress.words(|| run_summary::recorder(summary));
     let summary = record::record(&config, &arguments.output, arguments.seconds, &shutdown, show)?;
     drop(progress);
     if arguments.json {
         let RecorderSummary { written, dropped, disk_full_ns } = summary;
         let disk_full_s = crate::clock::span_s(disk_full_ns);
-        println!("{}", crate::report::json::answer(&Answer { written, dropped, disk_full_s })?);
+        println!("{}", crate::report::json::answer(&RecordAnswer { written, dropped, disk_full_s })?);
     } else {
         println!("{}: {}", arguments.output.display(), run_summary::recorder(summary));
     }

@@ -35,7 +35,7 @@ pub struct Arguments {
 /// What the replay came to, as `--json` writes it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(super) struct Report<'a> {
+pub(super) struct ReplayAnswer<'a> {
     /// The recording.
     recording: &'a Path,
     /// What replaying the controller came to.
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         _ => None,
     };
     if arguments.json {
-        let report = Report {
+        let report = ReplayAnswer {
             recording: &arguments.recording,
             controller,
             guard,

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::CliError;
-use super::progress::Progress as Line;
+use super::progress::ProgressLine as Line;
 use crate::cancel::Cancel;
 use crate::report::findings::step;
 use crate::rt::cancel_on_signals;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Table;
+use super::TextTable;
 use crate::control::ControllerKind;
 use crate::screening::Finding;
 use crate::session::{BenchCheck, InterfaceLook, SpeedCheckRow};
@@ -10,7 +10,7 @@ use crate::session::{BenchCheck, InterfaceLook, SpeedCheckRow};
 /// The answer of `check --json`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-pub struct Answer<'a> {
+pub struct CheckAnswer<'a> {
     #[serde(flatten)]
     check: &'a BenchCheck,
     /// What the kernel says of the interface.
@@ -25,8 +25,8 @@ pub struct Answer<'a> {
 
 /// The resolved bench for a script.
 #[must_use]
-pub fn answer(check: &BenchCheck) -> Answer<'_> {
-    Answer {
+pub fn answer(check: &BenchCheck) -> CheckAnswer<'_> {
+    CheckAnswer {
         interface_state: interface_state(check),
         obstacles: check.obstacles.iter().map(sentence).collect(),
         warnings: check.caveats.iter().map(sentence).collect(),
@@ -111,8 +111,8 @@ pub fn sentence(finding: &Finding) -> String {
 }
 
 /// The messages of a bench, one a row.
-fn message_table(check: &BenchCheck) -> Table {
-    let mut messages = Table::new([
+fn message_table(check: &BenchCheck) -> TextTable {
+    let mut messages = TextTable::new([
         "message",
         "direction",
         "id",
@@ -140,8 +140,17 @@ fn message_table(check: &BenchCheck) -> Table {
 /// The resolved bench as tables.
 #[must_use]
 pub fn text(check: &BenchCheck) -> String {
-    let mut signals =
-        Table::new(["role", "signal", "bits", "unit", "SI", "factor to SI", "offset", "least", "greatest"]);
+    let mut signals = TextTable::new([
+        "role",
+        "signal",
+        "bits",
+        "unit",
+        "SI",
+        "factor to SI",
+        "offset",
+        "least",
+        "greatest",
+    ]);
     for row in &check.signals {
         signals = signals.row([
             row.role.clone(),

@@ -2,7 +2,7 @@
 
 mod story;
 
-use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Axis, Bars, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::compare::{Comparison, Direction, Regressor, ScoredBlock};
 use crate::estimation::quantile::median_step;
 use crate::log::Dataset;
@@ -154,7 +154,7 @@ fn details_of_each(page: &mut Page, blocks: &[(&Comparison, &ScoredBlock)]) {
 
 fn details(page: &mut Page, model: &str, block: &ScoredBlock) {
     page.subheading(format!("{} of `{model}`", block.name));
-    let mut groups = Table::new(["modelled signal", "samples", "rms", "mean", "share of squared error"])
+    let mut groups = TextTable::new(["modelled signal", "samples", "rms", "mean", "share of squared error"])
         .caption(format!("At rest and in motion [{}]", block.unit));
     for group in &block.failure.groups {
         groups = groups.row([
@@ -207,8 +207,9 @@ fn dependences(page: &mut Page, block: &ScoredBlock) {
 /// What a block's error moves with.
 fn correlations(page: &mut Page, block: &ScoredBlock) {
     if !block.failure.correlations.is_empty() {
-        let mut table = Table::new(["channel", "correlation", "by chance", "error comes later by [s]", ""])
-            .caption("Cross-correlation. In closed loop only an error that comes later is evidence.");
+        let mut table =
+            TextTable::new(["channel", "correlation", "by chance", "error comes later by [s]", ""])
+                .caption("Cross-correlation. In closed loop only an error that comes later is evidence.");
         for c in block.failure.correlations.iter().take(2 * SHOWN) {
             let words = match c.direction {
                 Direction::ErrorFollows => "error follows",

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::findings::sentences;
-use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Axis, Bars, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::clock;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::emulate::Impulse;
@@ -84,7 +84,7 @@ pub fn pictures(steps: &[ControlStep], impulses: &[Impulse]) -> (Plot, Plot) {
 #[must_use]
 pub fn first_page(summary: &ControlSummary, (angle, torque): (Plot, Plot), guard: Vec<String>) -> Page {
     let (angle_error, timing) = (&summary.angle, &summary.timing);
-    let table = Table::new(["", "value", "unit"])
+    let table = TextTable::new(["", "value", "unit"])
         .row(["angle error, rms", &format!("{:.4}", angle_error.rms), "rad"])
         .row(["angle error, greatest", &format!("{:.4}", angle_error.greatest), "rad"])
         .row(["periods with the guard open", &angle_error.count.to_string(), ""])
@@ -183,7 +183,7 @@ pub fn lesson(page: &mut Page, diagnosis: &Diagnosis, hidden: &str) {
     page.heading("The model fails, and why");
     let mark = if diagnosis.verdict == Verdict::MissingEffect { Mark::Good } else { Mark::Warning };
     page.verdict(mark, lesson_text(diagnosis, hidden).replace('\n', ". "));
-    let mut parameters = Table::new(["parameter", "found", "standard error", "unit"]);
+    let mut parameters = TextTable::new(["parameter", "found", "standard error", "unit"]);
     for (name, found) in &diagnosis.parameters {
         let error = found.standard_error.map_or_else(|| "-".to_owned(), |error| number(error, 2));
         parameters = parameters.row([name.clone(), number(found.value, 4), error, found.unit.clone()]);

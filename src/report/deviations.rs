@@ -1,6 +1,6 @@
 //! Where this program departs from the print of [LPC16], for the reader of the report; docs/deviations.md has the same list.
 
-use super::Table;
+use super::TextTable;
 
 /// Place in the print, what is printed there, what is used here.
 pub const DEVIATIONS: &[[&str; 3]] = &[
@@ -61,8 +61,8 @@ pub const DEVIATIONS: &[[&str; 3]] = &[
 ];
 
 /// All of them.
-pub(super) fn table() -> Table {
-    let table = Table::new(["place", "printed", "used here"])
+pub(super) fn table() -> TextTable {
+    let table = TextTable::new(["place", "printed", "used here"])
         .caption("Where the print contradicts itself, or leaves something out");
     DEVIATIONS.iter().fold(table, |table, row| table.row(*row))
 }

@@ -6,7 +6,7 @@ use super::measure::measure;
 use super::next_steps::NextStep;
 use super::story::{error_table, failing, moves_voltage_gain, step_title};
 use super::verdict;
-use super::{Bars, Mark, Page, Table, comparison, number};
+use super::{Bars, Mark, Page, TextTable, comparison, number};
 use crate::compare::Comparison;
 use crate::diagnose::diagnosis::{ErrorSummary, FailurePlace, FoundParameter, RankedCandidate};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
@@ -48,7 +48,7 @@ pub fn page(
     let says = |place: &&FailurePlace| places.len() > 1 || place.explained >= THRESHOLDS.shown_explained;
     if places.iter().any(says) {
         let mut table =
-            Table::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
+            TextTable::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
                 .caption("Where the model fails, its own parameters refitted");
         for place in &places {
             table = table.row([
@@ -89,7 +89,7 @@ pub fn extension_page(
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
     page.table(error_table(error, ["model", "fitted on", "held out"]).caption(measure(&error.measure)));
-    let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
+    let mut steps = TextTable::new(["step", "added", "held-out error before", "after", "what"])
         .caption("The ladder: every step this model has taken");
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
         steps = steps.row([
@@ -169,7 +169,7 @@ fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
 
 /// The base's own numbers that have other values.
 fn change_table(page: &mut Page, changes: impl Iterator<Item = Change>) {
-    let mut changed = Table::new(["parameter", "in the model", "found", "standard error", "unit"])
+    let mut changed = TextTable::new(["parameter", "in the model", "found", "standard error", "unit"])
         .caption("Parameters of the base that have other values");
     for change in changes {
         let (unit, symbol) = Model::base_parameter_unit(&change.name);
@@ -191,7 +191,7 @@ fn with_error(error: Option<f64>) -> String {
 }
 
 fn parameter_table<'a>(page: &mut Page, parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>) {
-    let mut found = Table::new(["parameter", "symbol", "value", "standard error", "unit", "what it is"])
+    let mut found = TextTable::new(["parameter", "symbol", "value", "standard error", "unit", "what it is"])
         .caption("Fitted parameters");
     for (name, parameter) in parameters {
         let known = name

@@ -8,7 +8,7 @@ use super::findings::sentence;
 use super::measure::measure;
 use super::story::{error_table, errors, measured, wrapped};
 use super::verdict;
-use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Axis, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::compare::Comparison;
 use crate::diagnose::diagnosis::{FoundParameter, Verdict};
 use crate::discover::answer::{OtherLaw, Shape, TellApart};
@@ -181,8 +181,8 @@ pub fn text(found: &Discovery) -> String {
 }
 
 /// Places that were looked at.
-fn places(found: &Discovery) -> Option<Table> {
-    let mut table = Table::new(["smooth function of", "acts on", "explains [%]"]);
+fn places(found: &Discovery) -> Option<TextTable> {
+    let mut table = TextTable::new(["smooth function of", "acts on", "explains [%]"]);
     for place in found.r#where.iter().take(SHOWN) {
         table = table.row([
             place.channels.join(", "),
@@ -216,7 +216,7 @@ pub fn page(found: &Discovery, compared: &[Vec<Comparison>], logs: &[ScreenedLog
     key_numbers(&mut page, &found.error);
     if let Some(expression) = &found.expression {
         page.formula(expression.clone());
-        let mut table = Table::new(["parameter", "value", "standard error", "unit"]);
+        let mut table = TextTable::new(["parameter", "value", "standard error", "unit"]);
         for (name, it) in &found.parameters {
             let error = it.standard_error.map_or("-".to_owned(), |error| number(error, 2));
             table = table.row([name.clone(), number(it.value, 5), error, it.unit.clone()]);

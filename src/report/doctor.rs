@@ -13,7 +13,7 @@ const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command
 /// One thing looked at, for a script.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-pub struct Row<'a> {
+pub struct DoctorRow<'a> {
     /// What was looked at.
     check: &'a str,
     /// How bad it is.
@@ -29,8 +29,8 @@ pub struct Row<'a> {
 
 /// What was looked at, one row a check.
 #[must_use]
-pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<Row<'a>> {
-    let row = |it: &'a MachineCheck| Row {
+pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<DoctorRow<'a>> {
+    let row = |it: &'a MachineCheck| DoctorRow {
         check: &it.finding.subject,
         grade: it.grade,
         found: found(&it.finding),
@@ -42,9 +42,9 @@ pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<Row<'a>> {
 
 /// The rows as lines.
 #[must_use]
-pub fn text(rows: &[Row]) -> String {
+pub fn text(rows: &[DoctorRow]) -> String {
     let mut text = String::new();
-    let groups: Vec<&[Row]> = rows.chunk_by(|one, next| are_alike(one.finding, next.finding)).collect();
+    let groups: Vec<&[DoctorRow]> = rows.chunk_by(|one, next| are_alike(one.finding, next.finding)).collect();
     for (index, group) in groups.iter().enumerate() {
         let Some(row) = group.first() else { continue };
         let mark = match row.grade {
@@ -76,7 +76,7 @@ fn are_alike(one: &Finding, other: &Finding) -> bool {
 const NAMED: usize = 3;
 
 /// What several dead benches left, in one line.
-fn dead_benches(group: &[Row]) -> String {
+fn dead_benches(group: &[DoctorRow]) -> String {
     let sum = |name| group.iter().map(|row| row.finding.count(name)).sum::<usize>();
     let names: Vec<String> =
         group.iter().take(NAMED).map(|row| format!("`{}`", row.finding.text("bench"))).collect();

@@ -1,6 +1,6 @@
 //! Who is on a bus that speaks DroneCAN, as a table.
 
-use super::Table;
+use super::TextTable;
 use crate::can::dronecan::{AllocationEvent, NodeParameter, NodeReport, ParameterValue};
 
 /// The nodes that were heard.
@@ -8,7 +8,7 @@ use crate::can::dronecan::{AllocationEvent, NodeParameter, NodeReport, Parameter
 pub fn nodes(nodes: &[NodeReport]) -> String {
     let columns =
         ["node", "name", "health", "mode", "uptime [s]", "status code", "software", "hardware", "unique id"];
-    let mut table = Table::new(columns);
+    let mut table = TextTable::new(columns);
     for node in nodes {
         let known = |of: &dyn Fn(&crate::can::dronecan::NodeInfo) -> String| {
             node.info.as_ref().map_or_else(|| "no answer".to_owned(), of)
@@ -32,7 +32,7 @@ pub fn nodes(nodes: &[NodeReport]) -> String {
 /// Parameters of a node.
 #[must_use]
 pub fn parameters(parameters: &[NodeParameter]) -> String {
-    let mut table = Table::new(["name", "value", "default", "least", "greatest", "type"]);
+    let mut table = TextTable::new(["name", "value", "default", "least", "greatest", "type"]);
     for parameter in parameters {
         let shown =
             |value: &Option<ParameterValue>| value.as_ref().map_or_else(String::new, |it| it.to_string());

@@ -2,7 +2,7 @@
 
 use super::findings::sentence;
 use super::table::number;
-use super::{Mark, Page, Table};
+use super::{Mark, Page, TextTable};
 use crate::fleet::{BenchRow, Fleet, ParameterSpread, ShardEvent};
 
 /// One screen.
@@ -62,27 +62,27 @@ fn notes(fleet: &Fleet) -> Vec<String> {
     missing.into_iter().chain(failed).chain(fleet.findings.iter().map(sentence)).collect()
 }
 
-fn effects(fleet: &Fleet) -> Table {
-    let table = Table::new(["missing effect", "benches", "share [%]"]);
+fn effects(fleet: &Fleet) -> TextTable {
+    let table = TextTable::new(["missing effect", "benches", "share [%]"]);
     fleet.effects.iter().fold(table, |table, it| {
         table.row([it.effect.clone(), it.benches.to_string(), number(100.0 * it.share, 3)])
     })
 }
 
-fn parameters(fleet: &Fleet) -> Table {
+fn parameters(fleet: &Fleet) -> TextTable {
     let headers =
         ["parameter", "unit", "benches", "least", "quarter", "median", "three quarters", "greatest"];
-    let row = |table: Table, it: &ParameterSpread| {
+    let row = |table: TextTable, it: &ParameterSpread| {
         let values = [it.least, it.lower_quartile, it.median, it.upper_quartile, it.greatest];
         let names = [it.parameter.clone(), it.unit.clone(), it.benches.to_string()];
         table.row(names.into_iter().chain(values.map(|value| number(value, 4))))
     };
-    fleet.parameters.iter().fold(Table::new(headers), row)
+    fleet.parameters.iter().fold(TextTable::new(headers), row)
 }
 
-fn benches(fleet: &Fleet, linked: bool) -> Table {
+fn benches(fleet: &Fleet, linked: bool) -> TextTable {
     let headers = ["bench", "verdict", "missing", "noise floor", "as it is", "refitted", "extended"];
-    fleet.benches.iter().fold(Table::new(headers), |table, row| {
+    fleet.benches.iter().fold(TextTable::new(headers), |table, row| {
         table.marked_row(if row.error.is_some() { Mark::Bad } else { Mark::Plain }, cells(row, linked))
     })
 }

@@ -1,6 +1,6 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
-use super::Table;
+use super::TextTable;
 use crate::log::guess::{Certainty, GuessedColumn, possible_command};
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
@@ -45,7 +45,7 @@ fn conversion(column: &GuessedColumn) -> String {
 #[must_use]
 pub fn text(guessed: &GuessedLog) -> String {
     let head = ["column", "becomes", "in", "how sure", "first values"].map(str::to_owned);
-    let mut table = Table::new(head);
+    let mut table = TextTable::new(head);
     for column in &guessed.columns {
         let samples: Vec<String> = column.samples.iter().map(|value| short(*value)).collect();
         table = table.row([

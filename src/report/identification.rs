@@ -5,7 +5,7 @@ mod plots;
 use plots::body_plots;
 pub(super) use plots::error_plots;
 
-use super::{Mark, Page, Table, number};
+use super::{Mark, Page, TextTable, number};
 use crate::effect::{self, Site, Term};
 use crate::identify::{DegreeScore, Estimate, Identification, IdentifiedBody, Validation};
 use crate::report::findings::{driven_by, outcome, sentence, step};
@@ -35,9 +35,10 @@ fn finite_or_dash(value: f64) -> String {
 impl Identification {
     /// Everything identified, with standard errors, as one table.
     #[must_use]
-    pub fn parameter_table(&self) -> Table {
-        let mut table = Table::new(["parameter", "value", "standard error", "95 % interval", "unit", "from"])
-            .caption("Identified");
+    pub fn parameter_table(&self) -> TextTable {
+        let mut table =
+            TextTable::new(["parameter", "value", "standard error", "95 % interval", "unit", "from"])
+                .caption("Identified");
         table = self
             .gains()
             .into_iter()
@@ -48,7 +49,7 @@ impl Identification {
                 table = table.row(cells(name, *estimate, "rad/s", from));
             }
         }
-        table = self.pole_rows().into_iter().chain(self.joint_rows()).fold(table, Table::row);
+        table = self.pole_rows().into_iter().chain(self.joint_rows()).fold(table, TextTable::row);
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
             let tangent = format!("tangent at {} rad/s, Eq. (13)", number(thrust.hover_rate, 4));
@@ -56,7 +57,7 @@ impl Identification {
             table = table.row(cells("c_p0", thrust.offset, "N", &tangent));
         }
         if let Some(body) = &self.body {
-            table = Self::inertia_rows(body).into_iter().fold(table, Table::row);
+            table = Self::inertia_rows(body).into_iter().fold(table, TextTable::row);
             table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
         }
         table
@@ -158,8 +159,8 @@ impl Identification {
 
     /// Which steps of section III the logs permit.
     #[must_use]
-    pub fn part_table(&self) -> Table {
-        let table = Table::new(["step of section III", "outcome"]).caption("What the logs permit");
+    pub fn part_table(&self) -> TextTable {
+        let table = TextTable::new(["step of section III", "outcome"]).caption("What the logs permit");
         self.parts.iter().fold(table, |table, part| {
             let mark = if part.done { Mark::Good } else { Mark::Plain };
             let done = if part.done { "done" } else { "not done" };
@@ -224,9 +225,9 @@ impl Identification {
 
     /// Errors of the identified rotor on training and validation logs; `None` where no log has a rotor.
     #[must_use]
-    pub fn error_table(&self) -> Option<Table> {
+    pub fn error_table(&self) -> Option<TextTable> {
         let headers = ["log", "rms [rad/s]", "rms [%]", "99 % within [%]", "fit [%]", "samples"];
-        let row = |table: Table, (kind, run): (&str, &Validation)| {
+        let row = |table: TextTable, (kind, run): (&str, &Validation)| {
             let name = format!("{} ({kind})", run.source);
             let numbers = [run.rms, run.rms_percent, run.worst_percent, run.fit_percent].map(finite_or_dash);
             table.row([name].into_iter().chain(numbers).chain([run.samples.to_string()]))
@@ -234,17 +235,17 @@ impl Identification {
         let training = self.training.iter().map(|run| ("training", run));
         let all = training.chain(self.validation.iter().map(|run| ("validation", run)));
         let caption = "Free run from the measured commands, each stretch from the rate that fits it best";
-        let table = all.fold(Table::new(headers).caption(caption), row);
+        let table = all.fold(TextTable::new(headers).caption(caption), row);
         (!(self.training.is_empty() && self.validation.is_empty())).then_some(table)
     }
 
     /// Degrees of g(u) side by side.
     #[must_use]
-    pub fn degree_table(&self) -> Option<Table> {
+    pub fn degree_table(&self) -> Option<TextTable> {
         let curve = self.static_curve.as_ref().map(|curve| &curve.degrees);
         let degrees: &Vec<DegreeScore> = curve.or(self.joint.as_ref().map(|joint| &joint.degrees))?;
         let used = self.actuator.coefficients.len();
-        let table = Table::new([
+        let table = TextTable::new([
             "degree",
             "fitted rms [rad/s]",
             "held-out rms [rad/s]",
@@ -269,7 +270,7 @@ impl Identification {
 
     /// The first-order lag against a delay and a second pole.
     #[must_use]
-    pub fn alternatives_table(&self) -> Option<Table> {
+    pub fn alternatives_table(&self) -> Option<TextTable> {
         let alone = self.pole.as_ref();
         let alone = alone.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.alternatives));
         let joint = self.joint.as_ref();
@@ -279,7 +280,7 @@ impl Identification {
             // Pole and rest are then those beside the delay.
             (taken.pole_without.value, taken.residual_without)
         });
-        let table = Table::new([
+        let table = TextTable::new([
             "model",
             "time [ms]",
             "standard error [ms]",
@@ -365,7 +366,7 @@ impl Identification {
     /// k_V level by level.
     fn levels(&self, page: &mut Page) {
         if let Some(battery) = &self.battery {
-            let table = Table::new([
+            let table = TextTable::new([
                 "log",
                 "command [-]",
                 "k_V [rad/(s V)]",

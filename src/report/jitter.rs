@@ -3,7 +3,7 @@
 use hdrhistogram::Histogram;
 
 use super::findings::text;
-use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Axis, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::rt::{Granted, Machine, Percentiles};
 use crate::screening::Finding;
 use crate::studies::jitter::{Jitter, Ratios, StageResult};
@@ -16,8 +16,8 @@ const TICKS: u32 = 8;
 impl Jitter {
     /// The spans of every stage, and cyclictest's latency.
     #[must_use]
-    pub fn span_table(&self) -> Table {
-        let mut table = Table::new(["[µs]", "", "p50", "p90", "p99", "p99.9", "p99.99", "max"])
+    pub fn span_table(&self) -> TextTable {
+        let mut table = TextTable::new(["[µs]", "", "p50", "p90", "p99", "p99.9", "p99.99", "max"])
             .caption("Spans; no outlier is removed");
         for result in &self.stages {
             let name = result.stage.to_string();
@@ -53,7 +53,7 @@ impl Jitter {
 
     /// Slots, overruns and disturbances of every stage.
     #[must_use]
-    pub fn count_table(&self) -> Table {
+    pub fn count_table(&self) -> TextTable {
         let headers = [
             "stage",
             "slots",
@@ -65,7 +65,7 @@ impl Jitter {
             "from disk",
             "forced switches",
         ];
-        let table = Table::new(headers).caption("Slots and disturbances");
+        let table = TextTable::new(headers).caption("Slots and disturbances");
         self.stages.iter().fold(table, |table, result| {
             let Some(timing) = &result.timing else { return table };
             let mark = if timing.overruns + timing.skipped > 0 { Mark::Bad } else { Mark::Good };
@@ -87,8 +87,8 @@ impl Jitter {
 
     /// Release lateness of every stage over cyclictest's latency of the same round; no rows without cyclictest.
     #[must_use]
-    pub fn ratio_table(&self) -> Table {
-        let table = Table::new(["release lateness / cyclictest's latency", "p50", "p99", "p99.9"])
+    pub fn ratio_table(&self) -> TextTable {
+        let table = TextTable::new(["release lateness / cyclictest's latency", "p50", "p99", "p99.9"])
             .caption("Beside cyclictest, median of the rounds' ratios");
         self.stages.iter().fold(table, |table, result| {
             let Some(Ratios { p50, p99, p99_9 }) = result.to_cyclictest else { return table };
@@ -103,7 +103,7 @@ impl Jitter {
 
     /// The machine, what was asked of it and what it granted.
     #[must_use]
-    pub fn machine_table(&self) -> Table {
+    pub fn machine_table(&self) -> TextTable {
         let Machine { kernel, preemption, tick_hz, timer_resolution_ns, clock_source, .. } = &self.machine;
         let Machine { processors, isolated, tickless, governors, is_virtual, .. } = &self.machine;
         let none = |text: &str| if text.is_empty() { "none".to_owned() } else { text.to_owned() };
@@ -116,7 +116,7 @@ impl Jitter {
         let processor = asked.processor.map_or(String::new(), |it| format!(", processor {it}"));
         let granted = self.stages.iter().rev().find_map(|it| it.granted.as_ref());
         let kind = if *is_virtual { " (a virtual machine: its host may take them away)" } else { "" };
-        let table = Table::new(["machine", ""])
+        let table = TextTable::new(["machine", ""])
             .row(["kernel".to_owned(), format!("{kernel}, {preemption}, {tick_hz} Hz")])
             .row(["processors".to_owned(), format!("{processors}{kind}")])
             .row(["isolated, tickless".to_owned(), format!("{}, {}", none(isolated), none(tickless))])

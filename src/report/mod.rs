@@ -45,8 +45,8 @@
 //! assert!(html.contains("Where the model fails"));
 //! ```
 //!
-//! The same [`Plot`] becomes a picture with [`Plot::svg`], the same [`Table`] terminal text with
-//! [`Table::text`]; [`sparkline`] draws a signal in one line of text.
+//! The same [`Plot`] becomes a picture with [`Plot::svg`], the same [`TextTable`] terminal text with
+//! [`TextTable::text`]; [`sparkline`] draws a signal in one line of text.
 
 mod bars;
 mod card_sentence;
@@ -95,7 +95,7 @@ pub mod workbench;
 pub use bars::Bars;
 pub use page::{PALETTE, Page, UPLOT_SCRIPT, UPLOT_STYLE};
 pub use plot::{Axis, Plot, Series, Tone};
-pub use table::{Mark, Table, number, sparkline};
+pub use table::{Mark, TextTable, number, sparkline};
 
 /// A report could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 use super::bars::Bars;
 use super::markup::{escape, inline};
 use super::plot::Plot;
-use super::table::{Mark, Table};
+use super::table::{Mark, TextTable};
 use super::{ReportError, write_atomically};
 
 /// uPlot, as vendored.
@@ -31,7 +31,7 @@ enum Element {
     Verdict(Mark, String),
     List(Vec<String>),
     KeyNumbers(Vec<(String, String)>),
-    Table(Table),
+    Table(TextTable),
     Plot(Box<Plot>),
     Bars(Bars),
     Details(String, Vec<Element>),
@@ -94,7 +94,7 @@ impl Page {
     }
 
     /// Adds a table.
-    pub fn table(&mut self, table: Table) -> &mut Self {
+    pub fn table(&mut self, table: TextTable) -> &mut Self {
         self.push(Element::Table(table))
     }
 

@@ -3,7 +3,7 @@
 use super::deviations;
 use super::identification::error_plots;
 use super::runs::{DISTURBANCE, Shown, answer_plots, answer_table};
-use super::{Mark, Page, Table, Tone, number};
+use super::{Mark, Page, TextTable, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
 use crate::studies::paper::{ControlledRun, PaperRun, PrintedNumber};
 use crate::studies::thresholds::THRESHOLDS;
@@ -17,9 +17,9 @@ pub fn interrupted(what: impl std::fmt::Display, reason: impl std::fmt::Display)
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.
     #[must_use]
-    pub fn identified_table(&self) -> Table {
+    pub fn identified_table(&self) -> TextTable {
         let table =
-            Table::new(["symbol", "printed", "ours", "standard error", "away [standard errors]", "unit"])
+            TextTable::new(["symbol", "printed", "ours", "standard error", "away [standard errors]", "unit"])
                 .caption("Table I, and p of Table IV");
         let identified = self.beside.iter().filter(|row| row.table == "I" || row.symbol == "p");
         identified.fold(table, |table, row| {
@@ -107,8 +107,8 @@ impl PaperRun {
 
     /// Tables II and III.
     #[must_use]
-    pub fn gain_table(&self) -> Table {
-        let table = Table::new(["table", "symbol", "printed", "ours", "unit", "remark"])
+    pub fn gain_table(&self) -> TextTable {
+        let table = TextTable::new(["table", "symbol", "printed", "ours", "unit", "remark"])
             .caption("Tables II and III: gains for β = γ_0 = 0.276");
         let computed = self.beside.iter().filter(|row| matches!(row.table, "II" | "III"));
         computed.fold(table, |table, row| {
@@ -131,9 +131,9 @@ impl PaperRun {
 
     /// The rest of Table IV: what is taken as given, and β.
     #[must_use]
-    pub fn given_table(&self) -> Table {
+    pub fn given_table(&self) -> TextTable {
         let table =
-            Table::new(["symbol", "printed", "ours", "unit", "remark"]).caption("The rest of Table IV");
+            TextTable::new(["symbol", "printed", "ours", "unit", "remark"]).caption("The rest of Table IV");
         let given = self.beside.iter().filter(|row| row.table == "IV" && row.symbol != "p");
         given.fold(table, |table, row| {
             let remark = match row.symbol {
@@ -148,7 +148,7 @@ impl PaperRun {
 
     /// EMC against PID, with and without delay.
     #[must_use]
-    pub fn run_table(&self) -> Table {
+    pub fn run_table(&self) -> TextTable {
         let shown: Vec<Shown> = self.runs.iter().map(shown).collect();
         answer_table(
             &shown,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::markup::escape;
-use super::plot::{Axis, Kind, Plot, Series, Tone};
+use super::plot::{Axis, CurveStyle, Plot, Series, Tone};
 use super::table::number;
 use super::{ReportError, write_atomically};
 
@@ -173,7 +173,7 @@ impl Drawing<'_> {
 
     fn series(&self, series: &Series, colour: &str, svg: &mut String) {
         match series.kind {
-            Kind::Points => {
+            CurveStyle::Points => {
                 let _ = write!(svg, "<g fill=\"{colour}\" fill-opacity=\"0.7\">");
                 for (x, y) in points(series) {
                     let _ = write!(
@@ -185,12 +185,12 @@ impl Drawing<'_> {
                 }
                 svg.push_str("</g>\n");
             }
-            Kind::Band => {
+            CurveStyle::Band => {
                 let outline = self.path(&outline(series));
                 let _ =
                     writeln!(svg, "<polygon points=\"{outline}\" fill=\"{colour}\" fill-opacity=\"0.2\"/>");
             }
-            Kind::Line | Kind::Steps => {
+            CurveStyle::Line | CurveStyle::Steps => {
                 let dashes = if series.dashed { " stroke-dasharray=\"6 4\"" } else { "" };
                 for piece in pieces(series) {
                     let path = self.path(&piece);
@@ -244,7 +244,7 @@ fn legend(series: &[Series], colours: &[&str], svg: &mut String) {
     for (row, (series, colour)) in series.iter().zip(colours).enumerate() {
         let middle = top + 4.0 + LEGEND_ROW * (row as f64 + 0.5);
         let (thickness, opacity) =
-            if series.kind == Kind::Band { (10, " stroke-opacity=\"0.2\"") } else { (3, "") };
+            if series.kind == CurveStyle::Band { (10, " stroke-opacity=\"0.2\"") } else { (3, "") };
         let dashes = if series.dashed { " stroke-dasharray=\"6 4\"" } else { "" };
         let _ = writeln!(
             svg,
@@ -296,7 +296,7 @@ fn pieces(series: &Series) -> Vec<Vec<(f64, f64)>> {
             continue;
         }
         if let Some(piece) = pieces.last_mut() {
-            if let (Kind::Steps, Some(held)) = (series.kind, before) {
+            if let (CurveStyle::Steps, Some(held)) = (series.kind, before) {
                 piece.push((x, held));
             }
             piece.push((x, y));

@@ -37,7 +37,7 @@ impl Tone {
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum CurveStyle {
     Line,
     Steps,
     Points,
@@ -93,7 +93,7 @@ impl Axis {
 #[derive(Debug, Clone)]
 pub struct Series {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: CurveStyle,
     pub(super) tone: Tone,
     pub(super) dashed: bool,
     pub(super) x: Vec<f64>,
@@ -107,33 +107,33 @@ impl Series {
     /// A line through samples; not-a-number in `y` leaves a hole.
     #[must_use]
     pub fn line(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
-        Self::new(name, Kind::Line, x, y, &[])
+        Self::new(name, CurveStyle::Line, x, y, &[])
     }
 
     /// A line that holds each value until the next: commands.
     #[must_use]
     pub fn steps(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
-        Self::new(name, Kind::Steps, x, y, &[])
+        Self::new(name, CurveStyle::Steps, x, y, &[])
     }
 
     /// Separate points.
     #[must_use]
     pub fn points(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
-        Self::new(name, Kind::Points, x, y, &[])
+        Self::new(name, CurveStyle::Points, x, y, &[])
     }
 
     /// The area between `lower` and `upper`.
     #[must_use]
     pub fn band(name: impl Into<String>, x: &[f64], lower: &[f64], upper: &[f64]) -> Self {
-        Self::new(name, Kind::Band, x, lower, upper)
+        Self::new(name, CurveStyle::Band, x, lower, upper)
     }
 
-    fn new(name: impl Into<String>, kind: Kind, x: &[f64], y: &[f64], upper: &[f64]) -> Self {
+    fn new(name: impl Into<String>, kind: CurveStyle, x: &[f64], y: &[f64], upper: &[f64]) -> Self {
         let mut length = x.len().min(y.len());
-        if kind == Kind::Band {
+        if kind == CurveStyle::Band {
             length = length.min(upper.len());
         }
-        let upper = if kind == Kind::Band { &upper[..length] } else { &[] };
+        let upper = if kind == CurveStyle::Band { &upper[..length] } else { &[] };
         Self {
             name: name.into(),
             kind,
@@ -168,7 +168,7 @@ impl Series {
             if self.x[at] - self.x[at - 1] > longest {
                 self.x.insert(at, 0.5 * (self.x[at] + self.x[at - 1]));
                 self.y.insert(at, f64::NAN);
-                if self.kind == Kind::Band {
+                if self.kind == CurveStyle::Band {
                     self.upper.insert(at, f64::NAN);
                 }
                 at += 1;
@@ -188,9 +188,9 @@ impl Series {
         let (y, upper) = (hide(&self.y), hide(&self.upper));
         let position = |value: f64| x_axis.position(value);
         let rows = match self.kind {
-            Kind::Points => decimate::scatter_rows(&x, &y, position),
-            Kind::Line | Kind::Steps => decimate::line_rows(&x, &y, position),
-            Kind::Band => {
+            CurveStyle::Points => decimate::scatter_rows(&x, &y, position),
+            CurveStyle::Line | CurveStyle::Steps => decimate::line_rows(&x, &y, position),
+            CurveStyle::Band => {
                 let mut rows = decimate::line_rows(&x, &y, position);
                 rows.extend(decimate::line_rows(&x, &upper, position));
                 rows.sort_by(|&a, &b| x[a].total_cmp(&x[b]).then(a.cmp(&b)));
@@ -206,10 +206,10 @@ impl Series {
 
     fn json(&self) -> Value {
         let kind = match self.kind {
-            Kind::Line => "line",
-            Kind::Steps => "steps",
-            Kind::Points => "points",
-            Kind::Band => "band",
+            CurveStyle::Line => "line",
+            CurveStyle::Steps => "steps",
+            CurveStyle::Points => "points",
+            CurveStyle::Band => "band",
         };
         let values = |values: &[f64], digits| -> Vec<Option<f64>> {
             values.iter().map(|&value| rounded(value, digits)).collect()

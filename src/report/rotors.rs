@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::findings::sentence;
 use super::story::{effect_card, in_range, wrapped};
 use super::verdict::{beneath, notes, other_bench};
-use super::{Mark, Table, json as answer, number};
+use super::{Mark, TextTable, json as answer, number};
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::estimation::moments::pooled_rms;
 use crate::identify::{Identification, RotorModel, Validation};
@@ -80,11 +80,11 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-fn table(found: &RotorDiagnoses) -> Table {
+fn table(found: &RotorDiagnoses) -> TextTable {
     let unit = found.rotors.first().map_or("", |rotor| rotor.diagnosis.error.unit);
     let headers = ["rotor", "verdict", "effects", "as it is", "refitted", "extended", "floor"];
     let caption = format!("Held-out error, free run between holes [{unit}]");
-    let row = |table: Table, (rotor, of): (usize, &Diagnosis)| {
+    let row = |table: TextTable, (rotor, of): (usize, &Diagnosis)| {
         let mark = if of.verdict == Verdict::Adequate { Mark::Good } else { Mark::Plain };
         let effects = if of.effects.is_empty() { "-".to_owned() } else { of.effects.join(" + ") };
         let error = &of.error;
@@ -93,7 +93,11 @@ fn table(found: &RotorDiagnoses) -> Table {
         let cells = [rotor.to_string(), word(of.verdict).to_owned(), effects];
         table.marked_row(mark, cells.into_iter().chain(errors.map(|value| number(value, 4))))
     };
-    found.rotors.iter().map(|of| (of.rotor, &of.diagnosis)).fold(Table::new(headers).caption(caption), row)
+    found
+        .rotors
+        .iter()
+        .map(|of| (of.rotor, &of.diagnosis))
+        .fold(TextTable::new(headers).caption(caption), row)
 }
 
 /// Each finding once, with the rotors that have it.
@@ -129,7 +133,7 @@ pub fn diagnoses_json(found: &RotorDiagnoses) -> Result<Value, serde_json::Error
 
 /// Each rotor identified by itself, below what all of them are together; `None` of an attitude bench.
 #[must_use]
-pub fn models(found: &Identification) -> Option<Table> {
+pub fn models(found: &Identification) -> Option<TextTable> {
     if found.rotors.is_empty() {
         return None;
     }
@@ -144,11 +148,11 @@ pub fn models(found: &Identification) -> Option<Table> {
     };
     let headers =
         ["rotor", "g(u) from u [rad/s]", "k_V [rad/(s V)]", "p [rad/s]", "delay [ms]", "rms [rad/s]"];
-    let mut table = Table::new(headers).caption("Each rotor by itself, and all as one");
+    let mut table = TextTable::new(headers).caption("Each rotor by itself, and all as one");
     if found.findings.iter().all(|finding| finding.code != "no_common_model") {
         table = table.row(row("all".to_owned(), &found.actuator, error(&found.training, &found.validation)));
     }
-    let own = |table: Table, of: &RotorModel| {
+    let own = |table: TextTable, of: &RotorModel| {
         table.row(row(of.rotor.to_string(), &of.actuator, error(&of.training, &of.validation)))
     };
     Some(found.rotors.iter().fold(table, own))

@@ -1,7 +1,7 @@
 //! Runs side by side: the table of answers to an impulse, and the curves, for `paper` and for `compare --runs`.
 
 use super::findings::sentence;
-use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Axis, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::studies::controller_comparison::{RecordedRun, RunComparison};
 use crate::studies::impulse_response::{ImpulseResponse, Moment};
 
@@ -23,8 +23,8 @@ pub(super) struct Shown<'a> {
 }
 
 /// Peak, settling, overshoot, swings, ITAE, effort and error of the disturbance's estimate, run by run.
-pub(super) fn answer_table(runs: &[Shown], caption: &str) -> Table {
-    let table = Table::new([
+pub(super) fn answer_table(runs: &[Shown], caption: &str) -> TextTable {
+    let table = TextTable::new([
         "",
         "delay [ms]",
         "peak [rad]",
@@ -115,7 +115,7 @@ impl RunComparison {
 
     /// How each controller answered.
     #[must_use]
-    pub fn table(&self) -> Table {
+    pub fn table(&self) -> TextTable {
         let judged = self.runs.first().map_or(0.0, |run| run.window_s);
         let caption = format!("Response to the impulse, judged for {} s behind it", number(judged, 3));
         answer_table(&self.shown(), &caption)
@@ -123,7 +123,7 @@ impl RunComparison {
 
     /// How each controller answered the impulses behind the first one; `None` where there are none.
     #[must_use]
-    pub fn later_table(&self) -> Option<Table> {
+    pub fn later_table(&self) -> Option<TextTable> {
         let mut rows = Vec::new();
         for (run, shown) in self.runs.iter().zip(self.shown()) {
             rows.extend(run.later.iter().map(|strike| Shown {
@@ -163,7 +163,7 @@ impl RunComparison {
         self.later_table().into_iter().for_each(|table| {
             page.table(table);
         });
-        let mut sources = Table::new(["recording", "controller", "struck at [s]", "impulse", "angle"])
+        let mut sources = TextTable::new(["recording", "controller", "struck at [s]", "impulse", "angle"])
             .caption("The recordings");
         for run in &self.runs {
             let impulse = run.impulse.map_or_else(

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Mark, Table, number};
+use super::{Mark, TextTable, number};
 use crate::diagnose::Extension;
 use crate::diagnose::diagnosis::{
     Diagnosis, ErrorSummary, FailurePlace, FoundParameter, RankedCandidate, TrainValidate, Verdict,
@@ -121,10 +121,10 @@ pub(super) const REFITTED_WORSE: &str = "Refitted on one part of the data and va
 it is: the parts ask for different numbers, or its own came from these very data.";
 
 /// The errors of the model as it is, refitted and extended, beside the noise floor.
-pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]) -> Table {
+pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]) -> TextTable {
     let row =
         |name: &str, both: TrainValidate| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
-    Table::new(headers)
+    TextTable::new(headers)
         .row(row("as it is", error.base))
         .row(row("its own parameters refitted", error.refitted))
         .marked_row(Mark::Good, row("extended", error.extended))
@@ -146,7 +146,7 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     // Those that were named come first, the best of the others behind them.
     candidates.sort_by_key(|candidate| !diagnosis.effects.contains(&candidate.effect));
     let unit = diagnosis.error.unit;
-    let mut table = Table::new([
+    let mut table = TextTable::new([
         "effect".to_owned(),
         format!("alone [{unit}]"),
         format!("all without it [{unit}]"),

@@ -32,13 +32,13 @@ impl Mark {
 
 /// A table: headers carry units, columns of numbers are aligned right.
 #[derive(Debug, Clone, Default)]
-pub struct Table {
+pub struct TextTable {
     caption: String,
     headers: Vec<String>,
     rows: Vec<(Mark, Vec<String>)>,
 }
 
-impl Table {
+impl TextTable {
     /// A table with these column headers; put the unit in the header: `pole [rad/s]`.
     pub fn new<H: Into<String>>(headers: impl IntoIterator<Item = H>) -> Self {
         Self { headers: headers.into_iter().map(Into::into).collect(), ..Self::default() }
@@ -227,7 +227,8 @@ mod tests {
 
     #[test]
     fn text_aligns_by_characters_and_html_escapes() {
-        let table = Table::new(["symbol", "value [rad/s]"]).row(["c_g1", "447.1"]).row(["ω<0>", "1124.5"]);
+        let table =
+            TextTable::new(["symbol", "value [rad/s]"]).row(["c_g1", "447.1"]).row(["ω<0>", "1124.5"]);
         assert_eq!(
             table.text(),
             "symbol  value [rad/s]\n──────  ─────────────\nc_g1            447.1\nω<0>           1124.5\n"

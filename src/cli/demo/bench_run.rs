@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
 use crate::cli::CliError;
-use crate::cli::progress::{self, Progress};
+use crate::cli::progress::{self, ProgressLine};
 use crate::cli::thresholds::THRESHOLDS;
 use crate::cli::usage_error::UsageError;
 use crate::clock;
@@ -121,7 +121,7 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
     else {
         return;
     };
-    let progress = Progress::start();
+    let progress = ProgressLine::start();
     let start_ns = clock::monotonic_ns();
     while !ended.is_requested() {
         std::thread::sleep(Duration::from_millis(50));

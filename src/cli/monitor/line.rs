@@ -12,7 +12,7 @@ use crate::signal::{BusStatus, Channel, ROTORS};
 /// The bench as it stands. Where nobody guards it, `state` is `not running`; numbers are the last that were heard, or zero.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-pub(in crate::cli) struct Line<'a> {
+pub(in crate::cli) struct MonitorLine<'a> {
     /// Name of the bench.
     bench: &'a str,
     /// Whether the guard runs: it has said so within the last second.
@@ -93,7 +93,7 @@ struct BusLine {
     out_of_range: u64,
 }
 
-impl<'a> Line<'a> {
+impl<'a> MonitorLine<'a> {
     pub(super) fn of(view: &'a View) -> Self {
         let (sensors, command, applied) = &view.newest;
         let now_ns = clock::monotonic_ns();

@@ -93,7 +93,7 @@ fn add_outcomes(root: &mut Value) {
 fn of(name: &str) -> Value {
     match name {
         "bridge" => schema::<BridgeSummary>(name),
-        "check" => schema::<check::Answer>(name),
+        "check" => schema::<check::CheckAnswer>(name),
         "compare" => {
             let mut root = schema::<Comparisons>(name);
             let meaning = "How it was run, in words.";
@@ -121,15 +121,15 @@ fn of(name: &str) -> Value {
             root
         }
         "discover" => schema::<WithSentences<Discovery>>(name),
-        "doctor" => schema::<Vec<doctor::Row>>(name),
-        "effects" => schema::<Vec<effects::Answer>>(name),
-        "effects-card" => schema::<effects::Answer>("effects ID"),
+        "doctor" => schema::<Vec<doctor::DoctorRow>>(name),
+        "effects" => schema::<Vec<effects::EffectAnswer>>(name),
+        "effects-card" => schema::<effects::EffectAnswer>("effects ID"),
         "emulate-can" => schema::<BusSummary>("emulate --can INTERFACE"),
         "emulate-lockstep" => schema::<LockstepSummary>("emulate --shm --lockstep"),
         "emulate-shm" => schema::<GuardedSummary>("emulate --shm"),
-        "experiment" => schema::<experiment::Protocol>(name),
-        "export" => schema::<export::Answer>(name),
-        "extend" => schema::<extend::Answer>(name),
+        "experiment" => schema::<experiment::ExperimentFile>(name),
+        "export" => schema::<export::ExportAnswer>(name),
+        "extend" => schema::<extend::ExtendAnswer>(name),
         "extend-step-back" => schema::<extend::Undone>("extend --step-back"),
         "fleet-merge" => schema::<WithSentences<Fleet>>("fleet merge"),
         "identify" => {
@@ -137,7 +137,7 @@ fn of(name: &str) -> Value {
             add_outcomes(&mut root);
             root
         }
-        "import" => schema::<import::Report>(name),
+        "import" => schema::<import::ImportAnswer>(name),
         "import-guess" => schema::<GuessedLog>("import of a foreign log"),
         "jitter" => {
             let mut root = schema::<Jitter>(name);
@@ -148,7 +148,7 @@ fn of(name: &str) -> Value {
                 .for_each(|it| add(&mut root, it, "not_measured", &rule));
             root
         }
-        "monitor" => schema::<monitor::Line>(name),
+        "monitor" => schema::<monitor::MonitorLine>(name),
         "paper" => {
             let mut root = schema::<PaperRun>(name);
             add_outcomes(&mut root);
@@ -157,8 +157,8 @@ fn of(name: &str) -> Value {
             add(&mut root, "Identification", "warnings", &rule);
             root
         }
-        "record" => schema::<record::Answer>(name),
-        "replay" => schema::<replay::Report>(name),
+        "record" => schema::<record::RecordAnswer>(name),
+        "replay" => schema::<replay::ReplayAnswer>(name),
         "run" => schema::<RunSummary>(name),
         "run-lockstep" => schema::<LockstepSummary>("run --lockstep"),
         _ => panic!("{name} has no type"),

@@ -6,7 +6,7 @@ use crate::compare::{Comparison, Direction, Regressor, RunMode, ScoredBlock};
 use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
 use crate::report::thresholds::THRESHOLDS;
-use crate::report::{Mark, Table, number, sparkline};
+use crate::report::{Mark, TextTable, number, sparkline};
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
 use crate::signal::columns;
@@ -74,8 +74,8 @@ pub(super) fn blocks_of<'a>(
     })
 }
 
-pub(super) fn block_table(comparisons: &[Comparison]) -> Table {
-    let mut table = Table::new([
+pub(super) fn block_table(comparisons: &[Comparison]) -> TextTable {
+    let mut table = TextTable::new([
         "block",
         "signal",
         "model",
@@ -112,11 +112,11 @@ pub(super) fn block_table(comparisons: &[Comparison]) -> Table {
 }
 
 /// The same for 80 columns: the block's name says the signal, shares are in percent.
-fn narrow_table(comparisons: &[Comparison]) -> Table {
+fn narrow_table(comparisons: &[Comparison]) -> TextTable {
     let several = comparisons.len() > 1;
     let model = several.then_some("model");
     let rest = ["error", "floor", "fit %", "expl. %", "noise %", "rest %"];
-    let mut table = Table::new(["block"].into_iter().chain(model).chain(rest));
+    let mut table = TextTable::new(["block"].into_iter().chain(model).chain(rest));
     for (name, signal) in keys(comparisons) {
         for (comparison, block) in blocks_of(comparisons, (name, signal)) {
             let error = &block.error;

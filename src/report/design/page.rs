@@ -5,11 +5,11 @@ use nalgebra::Complex;
 use super::answer::Design;
 use crate::control::design::{DiscreteLoop, LoopResponse, Margins};
 use crate::control::thresholds::THRESHOLDS;
-use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
+use crate::report::{Axis, Mark, Page, Plot, Series, TextTable, number};
 
 /// The design as tables, for terminal and report alike.
 #[must_use]
-pub fn tables(design: &Design) -> Vec<Table> {
+pub fn tables(design: &Design) -> Vec<TextTable> {
     let mut tables = Vec::new();
     if let Some(emc) = &design.emc {
         let caption = format!(
@@ -19,7 +19,7 @@ pub fn tables(design: &Design) -> Vec<Table> {
             number(emc.beta, 4)
         );
         let mut table =
-            Table::new(["k", "predictor γ_k", "gain l_k", "feedback γ_k", "gain k_k+1"]).caption(caption);
+            TextTable::new(["k", "predictor γ_k", "gain l_k", "feedback γ_k", "gain k_k+1"]).caption(caption);
         for (k, (gamma, l)) in emc.gamma.iter().zip(emc.observer_gain).enumerate() {
             let [gamma_c, gain] = [emc.gamma_c.get(k), emc.feedback_gain.get(k)]
                 .map(|value| value.map_or(String::new(), |v| number(*v, 4)));
@@ -32,7 +32,7 @@ pub fn tables(design: &Design) -> Vec<Table> {
     if let Some(pid) = design.pid {
         let caption = format!("PID for model `{}`, T_c = {} s", design.model, number(design.period_s, 4));
         tables.push(
-            Table::new(["gain", "value", "unit"])
+            TextTable::new(["gain", "value", "unit"])
                 .caption(caption)
                 .row(["k_P".to_owned(), number(pid.k_p, 4), "N m/rad".to_owned()])
                 .row(["k_I".to_owned(), number(pid.k_i, 4), "N m/(rad s)".to_owned()])
@@ -44,7 +44,7 @@ pub fn tables(design: &Design) -> Vec<Table> {
     }
     if !design.closed_loop.is_empty() {
         let mut table =
-            Table::new(["real", "imaginary", "modulus"]).caption("Eigenvalues of the closed loop");
+            TextTable::new(["real", "imaginary", "modulus"]).caption("Eigenvalues of the closed loop");
         for value in design
             .closed_loop
             .iter()
@@ -57,7 +57,7 @@ pub fn tables(design: &Design) -> Vec<Table> {
     tables
 }
 
-fn margin_table(design: &Design, margins: &Margins) -> Table {
+fn margin_table(design: &Design, margins: &Margins) -> TextTable {
     let decibel = |factor: f64| format!("{} ({} dB)", number(factor, 3), number(20.0 * factor.log10(), 3));
     let caption = format!("Discrete loop with {} ms of transport delay", number(1e3 * design.delay_s, 3));
     let rows = [
@@ -70,7 +70,7 @@ fn margin_table(design: &Design, margins: &Margins) -> Table {
         ("complementary sensitivity peak", number(margins.complementary_peak, 3)),
         ("bandwidth (-3 dB) [rad/s]", number(margins.bandwidth_rad_s, 3)),
     ];
-    rows.into_iter().fold(Table::new(["margin", "value"]).caption(caption), |table, (name, value)| {
+    rows.into_iter().fold(TextTable::new(["margin", "value"]).caption(caption), |table, (name, value)| {
         table.row([name.to_owned(), value])
     })
 }
