@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::choice::Choice;
-use super::desk::Role;
+use super::desk::LogUse;
 
 /// One wish of the page.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -41,7 +41,7 @@ pub(super) enum Act {
         /// The log's number.
         log: u64,
         /// What it is for.
-        role: Role,
+        role: LogUse,
     },
     /// Says what a column of a foreign log becomes.
     Mend {

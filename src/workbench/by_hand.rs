@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::ActError;
-use super::desk::{Desk, DeskLog, Role};
+use super::desk::{Desk, DeskLog, LogUse};
 
 /// A command of these words, as it is typed into a shell.
 pub(super) fn command(words: &[String]) -> String {
@@ -83,7 +83,7 @@ pub(super) fn design(model: &str, bench: Option<&Path>) -> String {
 
 /// The options that say how those logs are read.
 fn options(desk: &Desk) -> Vec<String> {
-    let read = || desk.logs.iter().filter(|log| log.role != Role::Look);
+    let read = || desk.logs.iter().filter(|log| log.role != LogUse::Look);
     let mapping = read().find_map(|log| log.mapping.as_ref());
     let mut words: Vec<String> =
         mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]).collect();
@@ -100,7 +100,7 @@ pub(super) fn options_typed(desk: &Desk) -> String {
 /// The logs that are fitted on, and those that are held out.
 fn logs(desk: &Desk) -> Vec<String> {
     let mut words = options(desk);
-    for (option, role) in [("--log", Role::Fit), ("--validate", Role::HeldOut)] {
+    for (option, role) in [("--log", LogUse::Fit), ("--validate", LogUse::HeldOut)] {
         let typed: Vec<String> =
             desk.logs.iter().filter(|log| log.role == role).map(|log| log.typed.clone()).collect();
         if !typed.is_empty() {
@@ -121,7 +121,7 @@ fn bench_of_captures<'a>(desk: &Desk, mut logs: impl Iterator<Item = &'a DeskLog
 /// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for, and so is what it
 /// says of rotors and times.
 pub(super) fn check_together(desk: &Desk) -> Result<(), ActError> {
-    let fitted = || desk.logs.iter().filter(|log| log.role != Role::Look);
+    let fitted = || desk.logs.iter().filter(|log| log.role != LogUse::Look);
     let mut pairs = fitted().zip(fitted().skip(1));
     if let Some((one, other)) = pairs.find(|(one, other)| one.choice != other.choice) {
         return Err(ActError::Choices(one.typed.clone(), other.typed.clone()));

@@ -8,7 +8,7 @@ use super::thresholds::THRESHOLDS;
 
 /// What a run of samples holds, of those that are numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Seen {
+pub(super) struct ChunkSummary {
     pub samples: usize,
     /// The least value and the number of its sample, the first of several; the same of the greatest.
     pub least: (f64, usize),
@@ -19,7 +19,7 @@ pub(super) struct Seen {
     pub squares: f64,
 }
 
-impl Seen {
+impl ChunkSummary {
     pub fn take(&mut self, sample: usize, value: f64) {
         if value.is_finite() {
             let here = (value, sample);
@@ -52,7 +52,7 @@ impl Seen {
 
 /// Every run of a curve, whole.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Chunks(Vec<Seen>);
+pub(super) struct Chunks(Vec<ChunkSummary>);
 
 impl Chunks {
     /// Of all samples of a curve, in their order.
@@ -60,7 +60,7 @@ impl Chunks {
         let mut chunks = Vec::new();
         for (sample, value) in values.enumerate() {
             if sample.is_multiple_of(THRESHOLDS.chunk) {
-                chunks.push(Seen::default());
+                chunks.push(ChunkSummary::default());
             }
             if let Some(last) = chunks.last_mut() {
                 last.take(sample, value);
@@ -70,7 +70,7 @@ impl Chunks {
     }
 
     /// What lies in a run that begins and ends where it does; `None` where it is not whole.
-    pub fn whole(&self, samples: &Range<usize>) -> Option<&Seen> {
+    pub fn whole(&self, samples: &Range<usize>) -> Option<&ChunkSummary> {
         let is_whole = samples.start.is_multiple_of(THRESHOLDS.chunk) && samples.len() == THRESHOLDS.chunk;
         self.0.get(samples.start / THRESHOLDS.chunk).filter(|_| is_whole)
     }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::chunks::{Chunks, Seen, parted};
+use super::chunks::{ChunkSummary, Chunks, parted};
 use super::thresholds::THRESHOLDS;
 use crate::compare::SampleRows;
 use crate::estimation::quantile::median_step;
@@ -18,7 +18,7 @@ use crate::estimation::quantile::median_step;
 const GAP: f64 = crate::report::thresholds::THRESHOLDS.drawn_gap;
 
 /// A curve over the rows of a log.
-pub(super) struct Line<'a> {
+pub(super) struct RowCurve<'a> {
     /// The rows that have a sample; `None`: every row has one.
     pub rows: Option<&'a SampleRows>,
     /// Value of a sample by its number and its row; not-a-number = none.
@@ -27,7 +27,7 @@ pub(super) struct Line<'a> {
     pub chunks: Option<&'a Chunks>,
 }
 
-impl Line<'_> {
+impl RowCurve<'_> {
     /// Samples in rows before this one.
     fn before_row(&self, row: usize) -> usize {
         self.rows.map_or(row, |rows| rows.before_row(row))
@@ -50,8 +50,8 @@ impl Line<'_> {
     }
 
     /// What these samples hold.
-    fn seen(&self, samples: Range<usize>) -> Seen {
-        let mut seen = Seen::default();
+    fn seen(&self, samples: Range<usize>) -> ChunkSummary {
+        let mut seen = ChunkSummary::default();
         for part in parted(samples) {
             match self.chunks.and_then(|chunks| chunks.whole(&part)) {
                 Some(known) => seen.join(known),
@@ -100,8 +100,8 @@ pub(super) struct RangeStatistics {
     pub rms: Option<f64>,
 }
 
-impl From<Seen> for RangeStatistics {
-    fn from(seen: Seen) -> Self {
+impl From<ChunkSummary> for RangeStatistics {
+    fn from(seen: ChunkSummary) -> Self {
         if seen.samples == 0 {
             return Self::default();
         }
@@ -178,14 +178,14 @@ impl<'a> Slots<'a> {
     }
 
     /// What a curve does between the two times: of every sample, not of those that are drawn.
-    pub fn range(&self, line: &Line) -> RangeStatistics {
+    pub fn range(&self, line: &RowCurve) -> RangeStatistics {
         let (from, to) = self.span;
         let rows = self.time.partition_point(|at| *at < from)..self.time.partition_point(|at| *at <= to);
         line.seen(line.samples(&rows)).into()
     }
 
     /// A curve in these slots.
-    pub fn draw(&self, line: &Line) -> Drawn {
+    pub fn draw(&self, line: &RowCurve) -> Drawn {
         let samples = line.samples(&self.rows);
         let y = match &self.layout {
             Layout::Rows(slots) => {
@@ -228,7 +228,7 @@ impl<'a> Slots<'a> {
 }
 
 /// The extremes of one column of pixels, in the order in which they came; a single sample stands alone.
-fn pair(seen: &Seen) -> [Option<f32>; 2] {
+fn pair(seen: &ChunkSummary) -> [Option<f32>; 2] {
     let ((low, first), (high, second)) = (seen.least, seen.greatest);
     let of = |value: f64| (seen.samples > 0).then_some(value as f32);
     match first.cmp(&second) {
@@ -263,8 +263,8 @@ pub(super) fn worst_stretch(time: &[f64], error: impl Fn(usize) -> f64) -> Optio
 mod tests {
     use super::*;
 
-    fn line(values: &[f64]) -> Line<'_> {
-        Line { rows: None, value: Box::new(|_, row| values[row]), chunks: None }
+    fn line(values: &[f64]) -> RowCurve<'_> {
+        RowCurve { rows: None, value: Box::new(|_, row| values[row]), chunks: None }
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
             let count = rows.map_or(time.len(), SampleRows::len);
             let own_rows = || rows.map_or((0..count).collect::<Vec<_>>(), |rows| rows.iter().collect());
             let chunks = Chunks::of(own_rows().into_iter().map(value));
-            let line = |chunks| Line { rows, value: Box::new(move |_, row| value(row)), chunks };
+            let line = |chunks| RowCurve { rows, value: Box::new(move |_, row| value(row)), chunks };
             for (span, pixels) in
                 [((0.0, 200.0), 100), ((0.0, 200.0), 7), ((31.0, 158.0), 333), ((55.0, 95.0), 2)]
             {
@@ -351,7 +351,7 @@ mod tests {
         let slots = Slots::new(&time, (2.0, 3.0), 800, 0.01);
         assert_eq!(*slots.rows(), 199..302);
         let rows = SampleRows::of((0..1000).step_by(2).map(|row| row..row + 1).collect());
-        let half = Line { rows: Some(&rows), value: Box::new(|sample, _| sample as f64), chunks: None };
+        let half = RowCurve { rows: Some(&rows), value: Box::new(|sample, _| sample as f64), chunks: None };
         let drawn = slots.draw(&half);
         assert_eq!(drawn.y[..3], [None, Some(100.0), None], "samples by their own rows");
         assert!(Slots::new(&time, (50.0, 60.0), 800, 0.01).at.len() <= 1, "nothing there");

@@ -22,7 +22,7 @@ use crate::screening::ScreenedLog;
 /// What a log is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Role {
+pub(super) enum LogUse {
     /// Models are fitted on it.
     Fit,
     /// Errors are judged on it.
@@ -40,7 +40,7 @@ pub(super) struct DeskLog {
     pub path: PathBuf,
     /// The same as text.
     pub typed: String,
-    pub role: Role,
+    pub role: LogUse,
     /// Which part of it counts: another one is another log.
     pub choice: Choice,
     /// SHA-256 that a session remembers of it.
@@ -153,7 +153,7 @@ impl SearchInputs {
             let logs = desk.logs.iter().filter(|log| log.role == role);
             logs.map(|log| ReadLog { id: log.id, sha256: log.sha256().to_owned() }).collect()
         };
-        Self { model: desk.chosen, fit: of_role(Role::Fit), held_out: of_role(Role::HeldOut) }
+        Self { model: desk.chosen, fit: of_role(LogUse::Fit), held_out: of_role(LogUse::HeldOut) }
     }
 }
 
@@ -188,7 +188,7 @@ pub(super) enum SearchState {
 
 /// The newest search.
 #[derive(Debug, Clone)]
-pub(super) struct Search {
+pub(super) struct DeskSearch {
     pub id: u64,
     pub kind: SearchKind,
     pub state: SearchState,
@@ -203,7 +203,7 @@ pub(super) struct Search {
     pub cancel: Cancel,
 }
 
-impl Search {
+impl DeskSearch {
     /// Keeps a set that was fitted to the end, among the best ones.
     pub fn take(&mut self, effects: &[String], over_noise: f64) {
         // One that was fitted again counts as it is now; the base alone is no candidate.
@@ -240,7 +240,7 @@ pub(super) struct Desk {
     pub models: Vec<DeskModel>,
     /// Id of the model that is diagnosed and extended.
     pub chosen: u64,
-    pub search: Option<Search>,
+    pub search: Option<DeskSearch>,
     /// What the last search for missing effects said, and the last for a law.
     pub answered: Option<Answered>,
     pub discovered: Option<Discovered>,

@@ -12,14 +12,14 @@ use super::act::Act;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{
-    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Recipe, Role, SearchInputs, SearchKind,
-    SearchState,
+    Compared, Desk, DeskLog, DeskModel, LogContent, LogUse, OpenLog, Origin, Recipe, SearchInputs,
+    SearchKind, SearchState,
 };
 use super::guarded::{Ended, guarded};
 use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
 use super::places::{Places, Stamp, as_typed};
-use super::reading::{Seen, lay_seen, read};
+use super::reading::{FileContent, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
 use super::shown::ShownComparison;
@@ -77,7 +77,7 @@ impl Engine {
                 // The last of several is held out: an error is judged on what no fit has seen.
                 let is_last = index > 0 && index + 1 == files.len();
                 let path = self.places.file(path)?;
-                let role = if is_last { Role::HeldOut } else { Role::Fit };
+                let role = if is_last { LogUse::HeldOut } else { LogUse::Fit };
                 lay_log(desk, path, role, Choice::default(), None);
             }
             for path in models.iter().filter(|path| path.as_os_str() != "paper") {
@@ -144,7 +144,7 @@ impl Engine {
             Act::OpenLog { path, choice } => {
                 let path = self.places.file(&path)?;
                 self.change(|desk| {
-                    let role = if desk.logs.is_empty() { Role::Fit } else { Role::Look };
+                    let role = if desk.logs.is_empty() { LogUse::Fit } else { LogUse::Look };
                     lay_log(desk, path, role, choice, None);
                 });
                 Ok(())
@@ -272,7 +272,7 @@ impl Engine {
         mapping: Option<&DeskMapping>,
         choice: &Choice,
         cancel: &Cancel,
-    ) -> Result<Seen, Ended> {
+    ) -> Result<FileContent, Ended> {
         // By the path as it was typed, which a model's ladder keeps.
         self.places.file(path).map_err(|error| Ended::Failed(explained(&error)))?;
         let bench = self.live.bench().1.map(Path::to_owned);

@@ -17,7 +17,7 @@ use crate::model::Model;
 #[serde(deny_unknown_fields)]
 pub(super) struct SavedAnswer {
     /// The command that answers so.
-    pub search: Search,
+    pub search: KeptSearch,
     /// Version of the program that answered.
     pub program: String,
     /// Name of the model that was asked of.
@@ -43,12 +43,12 @@ pub(super) struct SavedAnswer {
 /// What was looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Search {
+pub(super) enum KeptSearch {
     Diagnose,
     Discover,
 }
 
-impl Search {
+impl KeptSearch {
     pub fn name(self) -> &'static str {
         match self {
             Self::Diagnose => "diagnose",
@@ -59,15 +59,15 @@ impl Search {
 
 /// The answers on the desk that can be kept: those of models and logs that are there as they were.
 pub(super) fn of(desk: &Desk) -> Vec<SavedAnswer> {
-    let missing = desk.answered.as_ref().map(|it| (Search::Diagnose, it, None));
-    let law = desk.discovered.as_ref().map(|it| (Search::Discover, &it.answered, it.made.as_ref()));
+    let missing = desk.answered.as_ref().map(|it| (KeptSearch::Diagnose, it, None));
+    let law = desk.discovered.as_ref().map(|it| (KeptSearch::Discover, &it.answered, it.made.as_ref()));
     let all = missing.into_iter().chain(law);
     all.filter_map(|(search, answered, made)| saved(desk, search, answered, made)).collect()
 }
 
 fn saved(
     desk: &Desk,
-    search: Search,
+    search: KeptSearch,
     answered: &Answered,
     made: Option<&(Model, Vec<String>)>,
 ) -> Option<SavedAnswer> {
@@ -126,8 +126,8 @@ pub(super) fn lay(desk: &mut Desk, saved: SavedAnswer) -> Result<(), Outdated> {
     let shown: Value = shown.ok_or(Outdated::Text { search })?;
     let answered = Answered { of, shown: Arc::new(shown) };
     match saved.search {
-        Search::Diagnose => desk.answered = Some(answered),
-        Search::Discover => {
+        KeptSearch::Diagnose => desk.answered = Some(answered),
+        KeptSearch::Discover => {
             let made = saved.law.map(|law| (law, saved.notes));
             desk.discovered = Some(Discovered { answered, made });
         }
@@ -150,10 +150,10 @@ pub(super) fn drop_of_log(desk: &mut Desk, log: u64) {
     let is_of = |it: &Answered| it.of.fit.iter().chain(&it.of.held_out).any(|read| read.id == log);
     let mut dropped = Vec::new();
     if desk.answered.take_if(|it| is_of(it)).is_some() {
-        dropped.push(Search::Diagnose);
+        dropped.push(KeptSearch::Diagnose);
     }
     if desk.discovered.take_if(|it| is_of(&it.answered)).is_some() {
-        dropped.push(Search::Discover);
+        dropped.push(KeptSearch::Discover);
     }
     let said = dropped
         .into_iter()

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::act::Act;
 use super::choice::Choice;
 use super::columns::DeskMapping;
-use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Role, SearchInputs, SearchState};
+use super::desk::{Desk, DeskLog, DeskModel, LogContent, LogUse, Origin, SearchInputs, SearchState};
 use super::error::ChangedModel;
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedModel};
@@ -19,7 +19,7 @@ use crate::session;
 pub(super) fn lay_log(
     desk: &mut Desk,
     path: PathBuf,
-    role: Role,
+    role: LogUse,
     choice: Choice,
     saved: Option<(String, Option<DeskMapping>)>,
 ) {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::ActError;
 use super::bands::Band;
-use super::curves::{Drawn, Line, RangeStatistics, Slots};
+use super::curves::{Drawn, RangeStatistics, RowCurve, Slots};
 use super::desk::{Desk, OpenLog};
 use super::shown::ShownComparison;
 use super::thresholds::THRESHOLDS;
@@ -67,7 +67,7 @@ impl Curve {
         model: Option<u64>,
         (name, unit): (&str, &'static str),
         slots: &Slots,
-        line: &Line,
+        line: &RowCurve,
     ) -> Self {
         Self { kind, model, name: name.to_owned(), unit, drawn: slots.draw(line), range: slots.range(line) }
     }

@@ -17,7 +17,7 @@ use crate::report::import::note_lines;
 use crate::session::{self, Job, OpenConfig, SessionError};
 
 /// What reading a log gives.
-pub(super) enum Seen {
+pub(super) enum FileContent {
     Open(Box<OpenLog>),
     Guess(Box<Guess>),
     /// The file holds several logs, and none was chosen.
@@ -30,7 +30,7 @@ pub(super) fn read(
     mapping: Option<&DeskMapping>,
     config: &OpenConfig,
     cancel: &Cancel,
-) -> Result<Seen, SessionError> {
+) -> Result<FileContent, SessionError> {
     let job = Job::unwatched(cancel);
     // Before it is read: what is written meanwhile is seen the next time.
     let stamp = Stamp::of(path);
@@ -38,12 +38,12 @@ pub(super) fn read(
         session::open_mapped(path, &mapping.load()?, config, &job)
     } else {
         if let Some(guessed) = session::guess_columns(path, &job)? {
-            return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
+            return Ok(FileContent::Guess(Box::new(Guess::new(guessed))));
         }
         session::open(path, config, &job)
     };
     let opened = match opened {
-        Err(error) => return error.parts().map(Seen::Parts).ok_or(error),
+        Err(error) => return error.parts().map(FileContent::Parts).ok_or(error),
         Ok(opened) => opened,
     };
     let found = opened.log.findings().map(sentence);
@@ -53,7 +53,7 @@ pub(super) fn read(
     let is_capture = opened.frames.is_some();
     let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
     let (format, log, part) = (opened.format, opened.log, opened.notes.part);
-    Ok(Seen::Open(Box::new(OpenLog {
+    Ok(FileContent::Open(Box::new(OpenLog {
         stamp,
         bands,
         channels,
@@ -67,7 +67,7 @@ pub(super) fn read(
 }
 
 /// Puts what reading a log gave on the desk.
-pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
+pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended>) {
     desk.looking = None;
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
@@ -75,12 +75,12 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
     let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
     log.stuck = None;
     log.content = match seen {
-        Ok(Seen::Guess(guess)) => {
+        Ok(FileContent::Guess(guess)) => {
             log.guess = Some(guess);
             LogContent::Guessed
         }
-        Ok(Seen::Parts(parts)) => LogContent::Parts(parts),
-        Ok(Seen::Open(open)) => {
+        Ok(FileContent::Parts(parts)) => LogContent::Parts(parts),
+        Ok(FileContent::Open(open)) => {
             let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
             is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
             LogContent::Open(Arc::from(open))

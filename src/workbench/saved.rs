@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::WorkbenchError;
 use super::choice::Choice;
 use super::columns::DeskMapping;
-use super::desk::{Desk, Origin, Role};
+use super::desk::{Desk, LogUse, Origin};
 use super::kept::{self, SavedAnswer};
 use super::places::whole;
 use crate::file::toml_error;
@@ -46,7 +46,7 @@ pub(super) struct SavedLog {
     pub path: PathBuf,
     /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
     pub sha256: String,
-    pub role: Role,
+    pub role: LogUse,
     /// Which part of it counts.
     #[serde(default, skip_serializing_if = "Choice::is_all")]
     pub choice: Choice,

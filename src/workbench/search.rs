@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::desk::{
-    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, ReadLog, Recipe, Role, Search, SearchInputs,
-    SearchKind, SearchState,
+    Answered, Desk, DeskModel, DeskSearch, Discovered, LogUse, OpenLog, Origin, ReadLog, Recipe,
+    SearchInputs, SearchKind, SearchState,
 };
 use super::guarded::Ended;
 use super::{ActError, answers, by_hand};
@@ -46,7 +46,7 @@ pub(super) struct Begun {
 }
 
 /// What a search found.
-pub(super) enum Found {
+pub(super) enum SearchFound {
     Diagnosis(Box<Diagnosis>),
     Law(Box<Discovery>),
     Model(Box<Extended>),
@@ -98,7 +98,7 @@ impl SearchTask {
     /// Puts it on the desk as running.
     pub fn begin(&self, desk: &mut Desk) -> Begun {
         let begun = Begun { id: desk.fresh_id(), cancel: Cancel::default() };
-        desk.search = Some(Search {
+        desk.search = Some(DeskSearch {
             id: begun.id,
             kind: self.kind,
             state: SearchState::Running,
@@ -113,7 +113,7 @@ impl SearchTask {
     }
 
     /// Searches, and tells `hear` of it.
-    pub fn run(&self, begun: &Begun, hear: &(dyn Fn(Progress) + Sync)) -> Result<Found, SessionError> {
+    pub fn run(&self, begun: &Begun, hear: &(dyn Fn(Progress) + Sync)) -> Result<SearchFound, SessionError> {
         let job = Job::new(&begun.cancel, hear);
         let config = DiagnoseConfig::default();
         let own =
@@ -126,40 +126,48 @@ impl SearchTask {
                 let settings =
                     IdentifySettings { rotors: (1..=rotors).collect(), ..IdentifySettings::default() };
                 let found = session::identify(&fit, &held_out, &settings, &job)?;
-                Found::Identified(Box::new(found.model), sentences(&found.findings))
+                SearchFound::Identified(Box::new(found.model), sentences(&found.findings))
             }
-            SearchKind::Diagnose => {
-                Found::Diagnosis(Box::new(session::diagnose(&self.model, &fit, &held_out, &config, &job)?))
-            }
+            SearchKind::Diagnose => SearchFound::Diagnosis(Box::new(session::diagnose(
+                &self.model,
+                &fit,
+                &held_out,
+                &config,
+                &job,
+            )?)),
             SearchKind::Discover => {
-                Found::Law(Box::new(session::discover(&self.model, &fit, &held_out, &config, &job)?))
+                SearchFound::Law(Box::new(session::discover(&self.model, &fit, &held_out, &config, &job)?))
             }
             SearchKind::Recalibrate => {
-                Found::Model(Box::new(session::refit(&self.model, logs, &config, &job)?))
+                SearchFound::Model(Box::new(session::refit(&self.model, logs, &config, &job)?))
             }
-            SearchKind::Extend | SearchKind::Try => {
-                Found::Model(Box::new(session::extend(&self.model, &self.recipe.added, logs, &config, &job)?))
-            }
+            SearchKind::Extend | SearchKind::Try => SearchFound::Model(Box::new(session::extend(
+                &self.model,
+                &self.recipe.added,
+                logs,
+                &config,
+                &job,
+            )?)),
         };
         Ok(found)
     }
 
     /// Puts what was found on the desk.
-    pub fn end(&self, desk: &mut Desk, begun: &Begun, ended: Result<Found, Ended>) {
+    pub fn end(&self, desk: &mut Desk, begun: &Begun, ended: Result<SearchFound, Ended>) {
         let state = match ended {
-            Ok(Found::Diagnosis(diagnosis)) => {
+            Ok(SearchFound::Diagnosis(diagnosis)) => {
                 self.answer(desk, *diagnosis);
                 SearchState::Done
             }
-            Ok(Found::Law(found)) => {
+            Ok(SearchFound::Law(found)) => {
                 self.law(desk, *found);
                 SearchState::Done
             }
-            Ok(Found::Model(extended)) => {
+            Ok(SearchFound::Model(extended)) => {
                 self.lay_model(desk, extended.extension.model, sentences(&extended.findings));
                 SearchState::Done
             }
-            Ok(Found::Identified(model, notes)) => {
+            Ok(SearchFound::Identified(model, notes)) => {
                 self.lay_model(desk, *model, notes);
                 SearchState::Done
             }
@@ -220,7 +228,7 @@ impl SearchTask {
 
 /// Refuses chosen rotors: `identify --rotors` keeps their numbers, which a log of chosen ones no longer has.
 fn check_rotors(desk: &Desk) -> Result<(), ActError> {
-    let mut fitted = desk.logs.iter().filter(|log| log.role != Role::Look);
+    let mut fitted = desk.logs.iter().filter(|log| log.role != LogUse::Look);
     match fitted.find(|log| !log.choice.rotors.is_empty()) {
         Some(log) => Err(ActError::ChosenRotors(log.typed.clone())),
         None => Ok(()),

@@ -36,12 +36,12 @@ pub(super) fn listen(port: u16) -> Result<TcpListener, WorkbenchError> {
 }
 
 /// What is done when the first address was opened.
-pub(super) type Opened = Arc<dyn Fn() + Send + Sync>;
+pub(super) type OnOpened = Arc<dyn Fn() + Send + Sync>;
 
 /// Serves until `cancel` is requested; `opened` hears of it when the address with the token was opened.
 pub(super) fn run(
     listener: TcpListener,
-    (door, opened): (Door, Opened),
+    (door, opened): (Door, OnOpened),
     engine: &Arc<Engine>,
     cancel: &Cancel,
 ) -> Result<(), WorkbenchError> {
@@ -94,7 +94,7 @@ impl Guests {
 /// One connection.
 async fn serve(
     stream: tokio::net::TcpStream,
-    house: Arc<(Door, Opened)>,
+    house: Arc<(Door, OnOpened)>,
     router: Router,
     is_known: Arc<AtomicBool>,
 ) {
@@ -112,7 +112,7 @@ async fn serve(
 
 async fn answer(
     request: Request<Incoming>,
-    (door, opened): &(Door, Opened),
+    (door, opened): &(Door, OnOpened),
     router: Router,
     is_known: &AtomicBool,
 ) -> Answer {

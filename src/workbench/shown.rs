@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::chunks::Chunks;
-use super::curves::{Line, worst_stretch};
+use super::curves::{RowCurve, worst_stretch};
 use crate::compare::{Comparison, ScoredBlock, UnknownTorque};
 use crate::log::Dataset;
 use crate::threads::spread;
@@ -24,9 +24,9 @@ impl ShownChannel {
     }
 
     /// Its curve; `values` are those of the log.
-    pub fn line<'a>(&'a self, values: &'a [f64]) -> Line<'a> {
+    pub fn line<'a>(&'a self, values: &'a [f64]) -> RowCurve<'a> {
         let chunks = self.chunks.get_or_init(|| Chunks::of(values.iter().copied()));
-        Line { rows: None, value: Box::new(move |_, row| values[row]), chunks: Some(chunks) }
+        RowCurve { rows: None, value: Box::new(move |_, row| values[row]), chunks: Some(chunks) }
     }
 }
 
@@ -70,11 +70,11 @@ impl ShownComparison {
         &'a self,
         name: &str,
         signal: &str,
-    ) -> Option<(&'a ScoredBlock, [(&'static str, Line<'a>); 3])> {
+    ) -> Option<(&'a ScoredBlock, [(&'static str, RowCurve<'a>); 3])> {
         let at = self.comparison.blocks.iter().position(|it| it.name == name && it.signal == signal)?;
         let (block, shown) = (&self.comparison.blocks[at], self.blocks.get(at)?);
         let trace = &block.trace;
-        let line = |value: Box<dyn Fn(usize, usize) -> f64 + 'a>, chunks| Line {
+        let line = |value: Box<dyn Fn(usize, usize) -> f64 + 'a>, chunks| RowCurve {
             rows: Some(trace.rows()),
             value,
             chunks: Some(chunks),
@@ -92,12 +92,12 @@ impl ShownComparison {
     }
 
     /// The torque that the model lacks, and its standard error to both sides.
-    pub fn torque_lines(&self) -> impl Iterator<Item = (&'static str, Line<'_>)> {
+    pub fn torque_lines(&self) -> impl Iterator<Item = (&'static str, RowCurve<'_>)> {
         let torque = self.comparison.unknown_torque.iter().zip(&self.torque);
         torque.flat_map(|(torque, chunks)| {
             SIDES.into_iter().zip(chunks).map(move |((kind, side), chunks)| {
                 let value = Box::new(move |sample: usize, _: usize| beside(torque, sample, side));
-                (kind, Line { rows: Some(&torque.rows), value, chunks: Some(chunks) })
+                (kind, RowCurve { rows: Some(&torque.rows), value, chunks: Some(chunks) })
             })
         })
     }

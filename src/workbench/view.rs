@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::answers::{self, card};
 use super::by_hand;
-use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Search, SearchState};
+use super::desk::{Compared, Desk, DeskLog, DeskModel, DeskSearch, LogContent, OpenLog, Origin, SearchState};
 use super::guesses;
 use super::shown::ShownComparison;
 use crate::compare::ScoredBlock;
@@ -48,7 +48,7 @@ impl<'a> Tick<'a> {
 }
 
 impl<'a> SearchView<'a> {
-    fn of(search: &'a Search) -> Self {
+    fn of(search: &'a DeskSearch) -> Self {
         Self {
             kind: search.kind,
             state: &search.state,
