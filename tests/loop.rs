@@ -2,7 +2,7 @@
 
 use rotorbench::control::{ControllerConfig, ControllerKind, PlantParameters};
 use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
 use rotorbench::log::Dataset;
 use rotorbench::runtime::command_source::CommandSource;
@@ -10,7 +10,7 @@ use rotorbench::runtime::lockstep::{self, Interference, Lockstep, Slot};
 use rotorbench::signal::{Command, GuardEvent, Health, Sensors};
 
 fn prbs(duration_s: f64) -> ExperimentConfig {
-    let shape = Shape::Prbs { amplitude: 0.1, bandwidth_hz: 0.0, duration_s, seed: 1 };
+    let shape = Waveform::Prbs { amplitude: 0.1, bandwidth_hz: 0.0, duration_s, seed: 1 };
     ExperimentConfig { shape, rotors: Rotors::One, around: 0.46, lead_in_s: 2.0 }
 }
 

@@ -12,7 +12,7 @@ use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::clock;
-use crate::experiment::{ExperimentConfig, Rotors, Shape};
+use crate::experiment::{ExperimentConfig, Rotors, Waveform};
 use crate::file::write_atomically;
 use crate::log::{csv, export};
 use crate::report;
@@ -131,16 +131,18 @@ enum ShapeArguments {
 }
 
 impl ShapeArguments {
-    fn shape(&self) -> Shape {
+    fn shape(&self) -> Waveform {
         match *self {
-            Self::Constant { ref levels, hold } => Shape::Constant { levels: levels.clone(), hold_s: hold },
-            Self::Ramp { low, high, slope, cycles } => Shape::Ramp { low, high, slope, cycles },
-            Self::Steps { amplitude, hold, count } => Shape::Steps { amplitude, hold_s: hold, count },
+            Self::Constant { ref levels, hold } => {
+                Waveform::Constant { levels: levels.clone(), hold_s: hold }
+            }
+            Self::Ramp { low, high, slope, cycles } => Waveform::Ramp { low, high, slope, cycles },
+            Self::Steps { amplitude, hold, count } => Waveform::Steps { amplitude, hold_s: hold, count },
             Self::Prbs { amplitude, bandwidth, duration, sequence } => {
-                Shape::Prbs { amplitude, bandwidth_hz: bandwidth, duration_s: duration, seed: sequence }
+                Waveform::Prbs { amplitude, bandwidth_hz: bandwidth, duration_s: duration, seed: sequence }
             }
             Self::Chirp { amplitude, from, to, duration } => {
-                Shape::Chirp { amplitude, from_hz: from, to_hz: to, duration_s: duration }
+                Waveform::Chirp { amplitude, from_hz: from, to_hz: to, duration_s: duration }
             }
         }
     }

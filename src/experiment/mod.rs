@@ -26,7 +26,7 @@ pub use limit::LimitError as Refusal;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-pub enum Shape {
+pub enum Waveform {
     /// Levels, one after another. [LPC16] section III.A, Eq. (3).
     Constant {
         /// [-] commands.
@@ -100,7 +100,7 @@ pub enum Rotors {
 #[serde(deny_unknown_fields)]
 pub struct ExperimentConfig {
     /// What the command does.
-    pub shape: Shape,
+    pub shape: Waveform,
     /// Which rotors take part.
     pub rotors: Rotors,
     /// [-] operating point.
@@ -143,7 +143,7 @@ impl ExperimentConfig {
             chips: Vec::new(),
             chip_slots: 1,
         };
-        if let Shape::Prbs { bandwidth_hz, seed, .. } = self.shape {
+        if let Waveform::Prbs { bandwidth_hz, seed, .. } = self.shape {
             if bandwidth_hz > 0.0 {
                 experiment.chip_slots = (FLAT_SHARE / (bandwidth_hz * period_s)).floor().max(1.0) as u64;
             }
@@ -165,7 +165,7 @@ fn range(name: &'static str, value: f64, low: f64, high: f64) -> Result<(), Expe
     Err(ExperimentError::Range { name, value, low, high })
 }
 
-impl Shape {
+impl Waveform {
     /// [s] Duration; every setting checked on the way.
     fn check(&self, period_s: f64) -> Result<f64, ExperimentError> {
         let nyquist = 0.5 / period_s;
@@ -257,26 +257,26 @@ impl Experiment {
         let time = slot as f64 * self.period_s;
         let at = |duration: f64| (time / duration + 1e-9).floor() as usize;
         match &self.config.shape {
-            Shape::Constant { levels, hold_s } => {
+            Waveform::Constant { levels, hold_s } => {
                 let level = levels.get(at(*hold_s)).or(levels.last());
                 level.map_or(0.0, |level| level - self.config.around)
             }
-            Shape::Ramp { low, high, slope, .. } => {
+            Waveform::Ramp { low, high, slope, .. } => {
                 let half = (high - low) / slope;
                 let phase = if half > 0.0 { (time / half) % 2.0 } else { 0.0 };
                 let up = if phase < 1.0 { phase } else { 2.0 - phase };
                 low + (high - low) * up - self.config.around
             }
-            Shape::Steps { amplitude, hold_s, .. } => {
+            Waveform::Steps { amplitude, hold_s, .. } => {
                 const PATTERN: [f64; 12] =
                     [0.0, 1.0, 0.0, -1.0, 1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75];
                 amplitude * PATTERN[at(*hold_s) % PATTERN.len()]
             }
-            Shape::Prbs { amplitude, .. } => {
+            Waveform::Prbs { amplitude, .. } => {
                 let chip = usize::try_from(slot / self.chip_slots).unwrap_or(usize::MAX);
                 amplitude * self.chips.get(chip).copied().map_or(0.0, f64::from)
             }
-            Shape::Chirp { amplitude, from_hz, to_hz, duration_s } => {
+            Waveform::Chirp { amplitude, from_hz, to_hz, duration_s } => {
                 let growth = (to_hz / from_hz).ln();
                 let share = time / duration_s;
                 let turns = if growth < 1e-9 {

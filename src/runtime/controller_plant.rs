@@ -10,7 +10,7 @@ use crate::bench::BenchConfig;
 use crate::control::design::LoopPlant;
 use crate::control::{Allocator, Compensation, PlantParameters};
 use crate::effect::{Site, Term};
-use crate::experiment::{ExperimentConfig, Rotors, Shape};
+use crate::experiment::{ExperimentConfig, Rotors, Waveform};
 use crate::guard::Guard;
 use crate::model::Model;
 
@@ -90,7 +90,7 @@ impl ExperimentPlan {
     /// rotor 2, on top of the running controller for `seconds` [s].
     #[must_use]
     pub fn closed_loop_prbs(amplitude: f64, seconds: f64) -> Self {
-        let shape = Shape::Prbs { amplitude, bandwidth_hz: 0.0, duration_s: seconds, seed: 1 };
+        let shape = Waveform::Prbs { amplitude, bandwidth_hz: 0.0, duration_s: seconds, seed: 1 };
         let plant = PlantParameters::paper();
         let around = plant.command_for(plant.hover_rate);
         let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around, lead_in_s: 3.0 };

@@ -9,7 +9,7 @@ use super::places::{PlaceError, as_typed};
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
 use crate::emulate::HiddenConfig;
-use crate::experiment::{ExperimentConfig, Rotors, Shape};
+use crate::experiment::{ExperimentConfig, Rotors, Waveform};
 use crate::log::csv;
 use crate::runtime::controller_plant::ExperimentPlan;
 use crate::session::{self, Job};
@@ -70,7 +70,7 @@ pub(super) fn record(
     bench.emulator.seed = seed;
     bench.emulator.hidden.extend(hidden);
     let experiment = ExperimentConfig {
-        shape: Shape::Prbs { amplitude: AMPLITUDE, bandwidth_hz: 0.0, duration_s, seed },
+        shape: Waveform::Prbs { amplitude: AMPLITUDE, bandwidth_hz: 0.0, duration_s, seed },
         rotors: Rotors::Differential,
         around: 0.4633,
         lead_in_s: 3.0,

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::estimation::variable_projection::{Record, fit};
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::log::Dataset;
 use rotorbench::runtime::lockstep::drive;
 
@@ -27,7 +27,7 @@ fn log() -> Dataset {
     let mut config = EmulatorConfig { seed: 1, integration_step_s: 0.004, ..EmulatorConfig::default() };
     config.plant.clamped = true;
     config.sensors = config.sensors.at_rate(1.0 / PERIOD);
-    let shape = Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: 2400.0, seed: 1 };
+    let shape = Waveform::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: 2400.0, seed: 1 };
     let experiment = ExperimentConfig { shape, rotors: Rotors::One, around: 0.4633, lead_in_s: 4.0 };
     let experiment = experiment.build(PERIOD).expect("an experiment that can be");
     drive(&config.build().expect("a bench that can be"), &experiment)

@@ -1,7 +1,7 @@
 //! Benches and their experiments, run in lockstep.
 
 use rotorbench::emulate::{Emulator, EmulatorConfig};
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::log::Dataset;
 use rotorbench::runtime::lockstep::drive;
 
@@ -20,14 +20,14 @@ pub(crate) fn build(config: &EmulatorConfig) -> Emulator {
     config.build().expect("a bench that can be")
 }
 
-pub(crate) fn run(config: &EmulatorConfig, shape: Shape, name: &str) -> Dataset {
+pub(crate) fn run(config: &EmulatorConfig, shape: Waveform, name: &str) -> Dataset {
     let experiment = ExperimentConfig { shape, rotors: Rotors::One, around: 0.4633, lead_in_s: 4.0 };
     let experiment = experiment.build(PERIOD).expect("an experiment that can be");
     drive(&build(config), &experiment).into_dataset(name).expect("rising time")
 }
 
-pub(crate) fn prbs(seconds: f64, seed: u64) -> Shape {
-    Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: seconds, seed }
+pub(crate) fn prbs(seconds: f64, seed: u64) -> Waveform {
+    Waveform::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: seconds, seed }
 }
 
 /// A bench that is not the paper's, its rotors with a dead time of `delay` [s].

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use rotorbench::bench::BenchConfig;
 use rotorbench::control::{Allocator, Controller, ControllerConfig, ControllerKind};
 use rotorbench::emulate::SensorConfig;
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
 use rotorbench::runtime::controller_plant::{self, ExperimentPlan};
@@ -28,7 +28,7 @@ fn identified(seed: u64, delay: f64) -> Model {
     clamped.sensors = clamped.sensors.at_rate(50.0);
     let rotors = run(&clamped, prbs(240.0, 3), "rotors");
     let bench = BenchConfig { emulator: other_bench(seed + 1, delay), ..BenchConfig::default() };
-    let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed: 4 };
+    let shape = Waveform::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed: 4 };
     let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
     let plan = ExperimentPlan { closed_loop: true, experiment };
     let (body, ending) = in_lockstep(&bench, &plan, &mut (), |_| true).expect("an experiment that can be");

@@ -7,7 +7,7 @@ use rotorbench::cancel::Cancel;
 use rotorbench::compare::{CompareConfig, CompareError};
 use rotorbench::diagnose::{DiagnoseConfig, DiagnoseError};
 use rotorbench::emulate::EmulatorConfig;
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::identify::{IdentifyError, IdentifySettings};
 use rotorbench::log::Dataset;
 use rotorbench::model::Model;
@@ -56,7 +56,7 @@ const CODES: [&str; 28] = [
 fn right() -> Dataset {
     let mut emulator = EmulatorConfig { seed: 61, ..EmulatorConfig::default() };
     emulator.sensors.thrust.rate_hz = 50.0;
-    let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 40.0, seed: 61 };
+    let shape = Waveform::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 40.0, seed: 61 };
     let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
     let plan = ExperimentPlan { closed_loop: true, experiment };
     let bench = BenchConfig { emulator, ..BenchConfig::default() };

@@ -9,7 +9,7 @@ use rotorbench::diagnose::block_data::Runs;
 use rotorbench::diagnose::rotor_block::rotor_runs;
 use rotorbench::diagnose::{DiagnoseConfig, diagnose, extend};
 use rotorbench::emulate::EmulatorConfig;
-use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
+use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::model::Model;
@@ -159,7 +159,7 @@ const ANGLE: &str = "body_angle_rad";
 fn damaged_bench(seed: u64, name: &str) -> Dataset {
     let mut emulator = EmulatorConfig { seed, ..EmulatorConfig::default() };
     emulator.sensors.thrust.rate_hz = 50.0;
-    let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed };
+    let shape = Waveform::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed };
     let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
     let plan = ExperimentPlan { closed_loop: true, experiment };
     let bench = BenchConfig { emulator, ..BenchConfig::default() };

@@ -1,6 +1,6 @@
 //! Section III of [LPC16]: the numbers that went in come out.
 
-use rotorbench::experiment::Shape;
+use rotorbench::experiment::Waveform;
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::screening::screened;
 
@@ -12,12 +12,12 @@ fn section_three_of_the_paper_comes_out() {
     let config = bench(5);
     let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
     let logs = [
-        run(&config, Shape::Constant { levels, hold_s: 300.0 }, "constant"),
-        run(&config, Shape::Ramp { low: 0.3, high: 0.65, slope: 0.01, cycles: 3 }, "ramp"),
+        run(&config, Waveform::Constant { levels, hold_s: 300.0 }, "constant"),
+        run(&config, Waveform::Ramp { low: 0.3, high: 0.65, slope: 0.01, cycles: 3 }, "ramp"),
         run(&config, prbs(600.0, 1), "prbs"),
     ];
     let validation =
-        [run(&bench(6), Shape::Ramp { low: 0.3, high: 0.65, slope: 0.02, cycles: 2 }, "validation")];
+        [run(&bench(6), Waveform::Ramp { low: 0.3, high: 0.65, slope: 0.02, cycles: 2 }, "validation")];
     let found =
         identify(&screened(&logs), &screened(&validation), &IdentifySettings::default()).expect("identified");
     let curve = found.static_curve.expect("ramps");
@@ -53,8 +53,8 @@ fn the_error_of_the_models_pole_knows_that_of_the_rest() {
         let mut config = bench(60 + seed);
         config.battery.internal_resistance = 0.1;
         let logs = [
-            run(&config, Shape::Constant { levels: vec![0.35, 0.45, 0.55], hold_s: 60.0 }, "constant"),
-            run(&config, Shape::Ramp { low: 0.3, high: 0.6, slope: 0.01, cycles: 1 }, "ramp"),
+            run(&config, Waveform::Constant { levels: vec![0.35, 0.45, 0.55], hold_s: 60.0 }, "constant"),
+            run(&config, Waveform::Ramp { low: 0.3, high: 0.6, slope: 0.01, cycles: 1 }, "ramp"),
             run(&config, prbs(120.0, seed), "prbs"),
         ];
         let found = identify(&screened(&logs), &[], &IdentifySettings::default()).expect("identified");

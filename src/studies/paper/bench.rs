@@ -9,7 +9,7 @@ use crate::clock;
 use crate::control::design::{Compensator, DiscreteLoop};
 use crate::control::{Compensation, ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
-use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
+use crate::experiment::{Experiment, ExperimentConfig, Rotors, Waveform};
 use crate::guard::{Cause, State};
 use crate::model::Model;
 use crate::rt::Shutdown;
@@ -63,12 +63,12 @@ pub(crate) struct Benches<'a> {
 impl<'a> Benches<'a> {
     pub fn new(
         settings: &PaperSettings,
-        experiments: &[(Shape, &str)],
+        experiments: &[(Waveform, &str)],
         runs: usize,
         shutdown: &'a Shutdown,
     ) -> Self {
         let slots =
-            |shape: &Shape| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
+            |shape: &Waveform| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
         let runs = runs as u64
             * clock::span_ns(IMPULSE_AT_S + THRESHOLDS.answer_window_s).div_ceil(clock::span_ns(PERIOD_S));
@@ -83,7 +83,7 @@ impl<'a> Benches<'a> {
     /// One rotor of a clamped bench, driven open loop.
     pub fn experiment(
         &mut self,
-        shape: Shape,
+        shape: Waveform,
         name: &str,
         report: &mut dyn FnMut(&str, f64),
     ) -> Result<ScreenedLog, PaperError> {
@@ -230,7 +230,7 @@ fn stopped_by_guard(step: &ControlStep) -> Option<(f64, Cause)> {
     is_latched.then(|| (time_s, Cause::from_code(step.applied.cause).unwrap_or_default()))
 }
 
-fn experiment_of(shape: Shape) -> ExperimentConfig {
+fn experiment_of(shape: Waveform) -> ExperimentConfig {
     ExperimentConfig { shape, rotors: Rotors::One, around: 0.4633, lead_in_s: LEAD_IN_S }
 }
 
@@ -279,7 +279,7 @@ mod tests {
     fn a_guard_that_stops_the_rotors_ends_the_run_with_the_cause() {
         let settings = PaperSettings { seed: FROZEN, prbs_s: 20.0, hold_s: 20.0 };
         let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
-        let shape = Shape::Constant { levels, hold_s: 20.0 };
+        let shape = Waveform::Constant { levels, hold_s: 20.0 };
         let shutdown = Shutdown::default();
         let go_through = |frozen_after_s: Option<f64>| {
             let mut benches = Benches::new(&settings, &[(shape.clone(), "constant commands")], 0, &shutdown);

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
-use crate::experiment::Shape;
+use crate::experiment::Waveform;
 use crate::identify::{Identification, IdentifySettings, identify_with_progress};
 use crate::rt::Shutdown;
 
@@ -59,13 +59,13 @@ pub struct PaperRun {
 const FITTED: usize = 3;
 
 /// The experiments of section III.
-fn experiments(settings: &PaperSettings) -> [(Shape, &'static str); 5] {
+fn experiments(settings: &PaperSettings) -> [(Waveform, &'static str); 5] {
     let PaperSettings { seed, prbs_s, hold_s } = *settings;
     let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
-    let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
-    let prbs = |seed, duration_s| Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
+    let ramp = |slope| Waveform::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
+    let prbs = |seed, duration_s| Waveform::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
     [
-        (Shape::Constant { levels, hold_s }, "constant commands"),
+        (Waveform::Constant { levels, hold_s }, "constant commands"),
         (ramp(0.01), "ramps"),
         (prbs(seed, prbs_s), "PRBS"),
         (ramp(0.02), "ramps of another slope"),
