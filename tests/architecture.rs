@@ -11,6 +11,8 @@ mod examples;
 mod imports;
 #[path = "architecture/lengths.rs"]
 mod lengths;
+#[path = "architecture/names.rs"]
+mod names;
 #[path = "architecture/rooms.rs"]
 mod rooms;
 #[path = "architecture/sensors.rs"]

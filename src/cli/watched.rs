@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::CliError;
-use super::progress::ProgressLine as Line;
+use super::progress::ProgressLine;
 use crate::cancel::Cancel;
 use crate::report::findings::step;
 use crate::rt::cancel_on_signals;
@@ -18,7 +18,7 @@ pub(super) fn cancellable<T>(work: impl FnOnce(&Cancel) -> Result<T, CliError>) 
 
 /// Does work in named steps, with a bar.
 pub(super) fn in_steps<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
-    let line = Line::start();
+    let line = ProgressLine::start();
     work(&Job::new(cancel, &|progress| {
         if let Progress::Step { name, of, .. } = progress {
             line.step(step(name), of);
@@ -28,7 +28,7 @@ pub(super) fn in_steps<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
 
 /// Does a search, with a count of its candidates and the set in the lead.
 pub(super) fn searching<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
-    let line = Line::start();
+    let line = ProgressLine::start();
     let leading = Mutex::new(String::new());
     work(&Job::new(cancel, &|progress| match progress {
         Progress::Candidate { .. } => {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::can::{BusConfig, DatabaseConfig, Roles, SignalConfig};
-use rotorbench::guard::{GuardConfig, SignalLimitsConfig as GuardSignal};
+use rotorbench::guard::{GuardConfig, SignalLimitsConfig};
 use rotorbench::log::{LOG_SIGNALS, csv, export};
 use rotorbench::recording::{End, RecordedItem, Recorder, RecorderOptions, Recording};
 use rotorbench::runtime::lockstep::{Lockstep, Slot};
@@ -102,7 +102,8 @@ fn each_watched_channel_has_its_limits_in_the_guard() {
         };
         assert!(row.range.0 < row.range.1, "{}", sensor.name());
         let config: GuardConfig = toml::from_str(&text).expect("a table of the guard");
-        let expected = GuardSignal { required: Some(true), minimum: Some(-1.5), ..GuardSignal::default() };
+        let expected =
+            SignalLimitsConfig { required: Some(true), minimum: Some(-1.5), ..SignalLimitsConfig::default() };
         assert_eq!(config.of(sensor), Some(&expected));
         let requires = |config: &GuardConfig, channel| {
             config.build(0.02).expect("valid").requirements().any(|(required, _)| required == channel)

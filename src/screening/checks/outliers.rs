@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median, quantile, quantiles};
 use crate::log::dataset::Dataset;
 use crate::log::segments::held_throughout;
-use crate::screening::channel::{CheckedChannel as Judged, Judgement};
+use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 use crate::threads::spread;
 
@@ -25,7 +25,7 @@ pub const OUTLIERS: &str = "outliers";
 pub const TOO_MANY_OUTLIERS: &str = "too_many_outliers";
 
 /// The outliers among what earlier checks left of a channel.
-pub(crate) fn check(judged: &Judged) -> Option<Judgement> {
+pub(crate) fn check(judged: &CheckedChannel) -> Option<Judgement> {
     // Beside an end of the range neighbours predict what cannot be read.
     if judged.is_battery() || judged.has(SATURATED) {
         return None;
