@@ -1,10 +1,8 @@
 //! Which physical effect is missing.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use super::modelled::Modelled;
-use super::{Job, Progress, SessionError};
-use crate::diagnose::{self, DiagnoseConfig, Diagnosis, SearchEvent};
+use super::{Job, SessionError};
+use crate::diagnose::{self, DiagnoseConfig, Diagnosis};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -34,13 +32,5 @@ pub(super) fn search(
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Diagnosis, SessionError> {
-    let fitted = AtomicUsize::new(0);
-    let hear = |event: SearchEvent| match event {
-        SearchEvent::Fitted => {
-            job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
-        }
-        SearchEvent::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
-        SearchEvent::Leading(effects) => job.report(Progress::Leading { effects }),
-    };
-    job.run(|| diagnose::diagnose(model, train, validate, config, &hear))
+    job.run(|| diagnose::diagnose(model, train, validate, config, &job.hear()))
 }

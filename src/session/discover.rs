@@ -1,10 +1,8 @@
 //! A law that no catalogue has.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use super::modelled::Modelled;
-use super::{Job, Progress, SessionError};
-use crate::diagnose::{DiagnoseConfig, SearchEvent, step};
+use super::{Job, SessionError};
+use crate::diagnose::{DiagnoseConfig, step};
 use crate::discover::{self, Discovery, LawVerdict};
 use crate::identify::rotor_error;
 use crate::model::Model;
@@ -22,15 +20,8 @@ pub fn discover(
     job: &Job,
 ) -> Result<Discovery, SessionError> {
     let logs = Modelled::of(train, validate);
-    let fitted = AtomicUsize::new(0);
-    let hear = |event: SearchEvent| match event {
-        SearchEvent::Fitted => {
-            job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
-        }
-        SearchEvent::Tried { effects, over_noise } => job.report(Progress::Tried { effects, over_noise }),
-        SearchEvent::Leading(effects) => job.report(Progress::Leading { effects }),
-    };
-    let mut found = job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &hear))?;
+    let mut found =
+        job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &job.hear()))?;
     // A law is a step of the ladder as any effect is: it can be looked at and taken back.
     if found.verdict == LawVerdict::Law {
         let effects = found.model.effects.iter().map(|added| &added.id).filter(|id| !model.has(id));

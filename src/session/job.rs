@@ -1,7 +1,10 @@
 //! Work that is watched and may be cancelled.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::error::SessionError;
 use crate::cancel::Cancel;
+use crate::diagnose::SearchEvent;
 
 /// What is reported of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +71,20 @@ impl<'a> Job<'a> {
 
     pub(super) fn report(&self, progress: Progress) {
         (self.progress)(progress);
+    }
+
+    /// Hears what a search comes to, and reports it.
+    pub(super) fn hear(&self) -> impl Fn(SearchEvent) + Sync + '_ {
+        let fitted = AtomicUsize::new(0);
+        move |event| match event {
+            SearchEvent::Fitted => {
+                self.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
+            }
+            SearchEvent::Tried { effects, over_noise } => {
+                self.report(Progress::Tried { effects, over_noise })
+            }
+            SearchEvent::Leading(effects) => self.report(Progress::Leading { effects }),
+        }
     }
 
     /// Does the work until it ends or is cancelled.
