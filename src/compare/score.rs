@@ -123,27 +123,14 @@ impl BlockRun {
         let mean = sum / count;
         let scored = residual.iter().zip(self.scored(log)).filter(|(error, _)| error.is_finite());
         let spread: f64 = scored.map(|(_, value)| (value - mean).powi(2)).sum();
-        // Rounding of the mean is no movement.
-        if spread <= count * (1e-12 * mean).powi(2) {
-            // A signal that never moves has no variance to share out.
-            let rms = (squares / count).sqrt();
-            let (one_step, limit) = (self.one_step, THRESHOLDS.floor_error);
-            let none = f64::NAN;
-            return ErrorStatistics {
-                rms,
-                fit_percent: none,
-                noise_floor,
-                explained: none,
-                noise: none,
-                unexplained: none,
-                one_step,
-                limit,
-            };
-        }
+        // A signal that never moves has no variance to share out; rounding of the mean is no movement.
+        let is_still = spread <= count * (1e-12 * mean).powi(2);
         let floor = noise_floor * noise_floor * count / spread;
         // One that moves by much less than noise does is one that never moves: a body that is held.
-        let of_motion = |share: f64| if floor > THRESHOLDS.still_noise { f64::NAN } else { share };
+        let of_motion =
+            |share: f64| if is_still || floor > THRESHOLDS.still_noise { f64::NAN } else { share };
         let noise = floor.min(squares / spread);
+        let scatter = THRESHOLDS.floor_scatter.powi(2) + 0.5 / self.independent(count);
         ErrorStatistics {
             rms: (squares / count).sqrt(),
             fit_percent: of_motion(100.0 * (1.0 - (squares / spread).sqrt())),
@@ -152,10 +139,7 @@ impl BlockRun {
             noise: of_motion(noise),
             unexplained: of_motion((squares / spread).min(1.0) - noise.min(1.0)),
             one_step: self.one_step,
-            limit: THRESHOLDS.floor_error
-                + 2.0
-                    * (THRESHOLDS.floor_scatter * THRESHOLDS.floor_scatter + 0.5 / self.independent(count))
-                        .sqrt(),
+            limit: THRESHOLDS.floor_error + if is_still { 0.0 } else { 2.0 * scatter.sqrt() },
         }
     }
 
