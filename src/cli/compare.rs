@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
@@ -36,13 +36,7 @@ pub struct Arguments {
     #[arg(value_parser = super::log_arguments::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
     horizon_s: f64,
     #[command(flatten)]
-    force: Force,
-    /// JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a page with every signal (HTML)
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
     /// Write measured, modelled and unknown signals as columns beside the log's own (CSV; one log, last model)
     #[arg(long, value_name = "FILE")]
     signals: Option<PathBuf>,
@@ -51,7 +45,7 @@ pub struct Arguments {
 /// Runs the command: exit 1 when no model is at the noise floor of every log.
 pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.model.iter().chain(&arguments.log).chain(&arguments.runs);
-    writable(arguments.report.iter().chain(&arguments.signals), inputs, arguments.force)?;
+    writable(arguments.answer.report.iter().chain(&arguments.signals), inputs, arguments.answer.force)?;
     if !arguments.runs.is_empty() {
         return side_by_side(arguments);
     }
@@ -60,13 +54,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let models =
         arguments.model.iter().map(|path| session::open_model(path)).collect::<Result<Vec<_>, _>>()?;
-    let signals = arguments.report.is_some() || arguments.signals.is_some();
+    let signals = arguments.answer.report.is_some() || arguments.signals.is_some();
     let config = CompareConfig { horizon_s: arguments.horizon_s, signals };
     let (logs, found, page, signals) = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
         let logs = session::open_all(&arguments.log, &arguments.logs.open_config(), &job)?;
         let found = session::compare(&models, &logs, &config, &job)?;
-        let page = arguments.report.as_ref().map(|path| (path, comparison::page(&found, &logs)));
+        let page = arguments.answer.report.as_ref().map(|path| (path, comparison::page(&found, &logs)));
         let last = logs.first().zip(found.first().and_then(|models| models.last()));
         let signals = match (&arguments.signals, last) {
             (Some(path), Some((log, comparison))) => Some((path, comparison.signals(log.raw())?)),
@@ -80,7 +74,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let Some((path, signals)) = signals {
         session::save_log(&signals, path)?;
     }
-    if arguments.json {
+    if arguments.answer.json {
         let comparisons = found.iter().flatten().map(json::comparison).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
@@ -99,10 +93,10 @@ fn side_by_side(arguments: &Arguments) -> CliResult {
     }
     // Reading recordings is short: Ctrl-C ends the program as it ends any other.
     let compared = session::compare_runs(&arguments.runs, impulse, &Job::unwatched(&Cancel::default()))?;
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.answer.report {
         compared.page().save(path)?;
     }
-    if arguments.json {
+    if arguments.answer.json {
         println!("{}", json::answer(&json::with_sentences(&compared, &compared.findings)?)?);
     } else {
         print!("{}", compared.text());

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::operate::BenchArguments;
-use super::output::{Force, say, writable};
+use super::output::{AnswerArguments, say, writable};
 use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::pid_by_margins;
@@ -53,13 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     angle_deg: Option<f64>,
     #[command(flatten)]
-    force: Force,
-    /// Write the design as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a report with the loop's frequency response
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
 }
 
 /// Controllers by name.
@@ -94,10 +88,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (task, note) = arguments.task()?;
     let made = task.design()?;
     let design = Design::of(&task, &made, note);
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.answer.report {
         design::page(&design, made.closed.as_ref().map(|closed| &closed.response)).save(path)?;
     }
-    say(arguments.json, &design, || design::text(&design))?;
+    say(arguments.answer.json, &design, || design::text(&design))?;
     Ok(if design.stable { Outcome::Done } else { Outcome::FoundWanting })
 }
 
@@ -118,7 +112,7 @@ impl Arguments {
             .into());
         }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
-        writable(&self.report, self.bench.config.iter().chain([&path]), self.force)?;
+        writable(&self.answer.report, self.bench.config.iter().chain([&path]), self.answer.force)?;
         let model = Model::load(Path::new(&path))?;
         let made = ControlLoop::of(&model, bench.controller.clone(), bench.period_s, angle_deg.to_radians());
         let mut task = made.map_err(|error| match &self.model {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::log_arguments::LogArguments;
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::usage_error::UsageError;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
@@ -49,19 +49,13 @@ pub struct Arguments {
     #[arg(long, value_name = "W")]
     hover_rate: Option<f64>,
     #[command(flatten)]
-    force: Force,
-    /// Write the result as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a report with tables and interactive plots
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
-    writable(arguments.output.iter().chain(&arguments.report), read_from, arguments.force)?;
+    writable(arguments.output.iter().chain(&arguments.answer.report), read_from, arguments.answer.force)?;
     let mut settings = settings(arguments)?;
     // The names of the rotors stay as they are in the logs.
     let open = OpenConfig { rotors: Vec::new(), ..arguments.logs.open_config() };
@@ -75,7 +69,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             session::require_rotors(&logs, &settings.rotors)?;
         }
         let found = in_steps(cancel, |job| session::identify(&logs, &validation, &settings, job))?;
-        let page = arguments.report.as_ref().map(|path| (path, found.page()));
+        let page = arguments.answer.report.as_ref().map(|path| (path, found.page()));
         Ok((found, page))
     })?;
     if let Some(path) = &arguments.output {
@@ -86,7 +80,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let headline = found.headline();
     let outcome = if headline.is_none() { Outcome::Done } else { Outcome::FoundWanting };
-    if arguments.json {
+    if arguments.answer.json {
         println!("{}", json::answer(&found.json()?)?);
         return Ok(outcome);
     }
@@ -109,7 +103,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn save(found: &Identification, path: &Path, arguments: &Arguments) -> Result<(), CliError> {
     let own: Vec<PathBuf> = found.rotors.iter().map(|of| of_rotor(path, of.rotor)).collect();
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
-    writable(own.iter().chain(&arguments.report), read_from, arguments.force)?;
+    writable(own.iter().chain(&arguments.answer.report), read_from, arguments.answer.force)?;
     // Several of them are held beside each other by their names.
     let save = |model: &Model, path: &Path| {
         let mut named = model.clone();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::operate::BenchArguments;
-use super::output::{Force, writable};
+use super::output::{AnswerArguments, writable};
 use super::progress::{self, ProgressLine};
 use super::{CliResult, Outcome};
 use crate::report;
@@ -39,13 +39,7 @@ pub struct Arguments {
     #[arg(long)]
     without_cyclictest: bool,
     #[command(flatten)]
-    force: Force,
-    /// Write the figures as JSON on standard output
-    #[arg(long)]
-    json: bool,
-    /// Write a report with the distributions
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
+    answer: AnswerArguments,
     /// Write all histograms: an HdrHistogram interval log, or percentile text, a file for each, where it ends in .hgrm
     #[arg(long, value_name = "FILE.hdr|FILE.hgrm")]
     histogram: Option<PathBuf>,
@@ -54,10 +48,10 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.config()?;
-    let results = arguments.report.iter().chain(&arguments.histogram);
-    writable(results, &arguments.bench.config, arguments.force)?;
+    let results = arguments.answer.report.iter().chain(&arguments.histogram);
+    writable(results, &arguments.bench.config, arguments.answer.force)?;
     if let Some(path) = &arguments.histogram {
-        arguments.force.check(&earlier(path))?;
+        arguments.answer.force.check(&earlier(path))?;
     }
     let shutdown = Shutdown::listen()?;
     // Drawn between the stages, not during them.
@@ -75,11 +69,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
             eprintln!("histogram: {}", file.display());
         }
     }
-    if let Some(path) = &arguments.report {
+    if let Some(path) = &arguments.answer.report {
         measured.page().save(path)?;
         eprintln!("report: {}", path.display());
     }
-    if arguments.json {
+    if arguments.answer.json {
         println!("{}", report::json::answer(&report::json::jitter(&measured)?)?);
     } else {
         println!("{}\n{}", measured.machine_table().text(), measured.span_table().text());
