@@ -176,12 +176,6 @@ impl BusGuard {
         if command_ns.max(request_ns) > now_ns { clock().max(now_ns) } else { now_ns }
     }
 
-    /// Takes in what came, as [`BusGuard::look`], and steps, as [`BusGuard::step_if_due`].
-    pub fn poll(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
-        self.take_in(now_ns);
-        self.step_if_due(now_ns, sensors)
-    }
-
     /// Steps the guard if it is time to, with what was taken in before. What it lets through is to be sent at once, then
     /// [`BusGuard::finish`] called.
     pub fn step_if_due(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {

@@ -86,7 +86,8 @@ fn cycles_do_not_allocate(test: &str, trigger: StepTrigger) {
                         );
                         guard.bell().quiet();
                         let now_ns = clock::monotonic_ns();
-                        if let Some((release, applied)) = guard.poll(now_ns, &sensors) {
+                        guard.look(now_ns);
+                        if let Some((release, applied)) = guard.step_if_due(now_ns, &sensors) {
                             guard.finish(release, clock::monotonic_ns(), &sensors);
                             states |= 1 << applied.state;
                         }

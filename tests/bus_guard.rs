@@ -63,7 +63,8 @@ fn states_with_arm(test: &str, act: Option<OperatorAct>) -> (Vec<State>, Vec<Sta
             requests.send(&Request { sequence: 1, stamp_ns: now_ns, act: act as u32, reserved: 0 });
         }
         // Without a controller the checks never pass.
-        let Some((release, applied)) = guard.poll(now_ns, &sensors(step, now_ns)) else { continue };
+        guard.look(now_ns);
+        let Some((release, applied)) = guard.step_if_due(now_ns, &sensors(step, now_ns)) else { continue };
         guard.finish(release, now_ns, &Sensors::default());
         let state = State::from_code(applied.state).expect("a state");
         if step < 50 { visited.0.push(state) } else { visited.1.push(state) }

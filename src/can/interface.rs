@@ -77,8 +77,7 @@ impl InterfaceStatus {
 
     /// Whether it carries what it carried when it was `opened`, at the same speed. On a bus one node with another bit rate
     /// destroys the frames of all others.
-    #[must_use]
-    pub fn is_as(&self, opened: &Self) -> bool {
+    fn is_as(&self, opened: &Self) -> bool {
         let fd = self.fd || !opened.fd;
         fd && (self.bit_rate, self.data_bit_rate) == (opened.bit_rate, opened.data_bit_rate)
     }

@@ -333,7 +333,7 @@ impl Counts {
         *count = count.wrapping_add(1);
     }
 
-    /// Frames and values refused, by cause; transfers apart, [`Self::refused_transfers`].
+    /// Frames and values refused, by cause; transfers apart.
     #[must_use]
     pub fn refused(&self) -> [(FrameRefusal, u64); 6] {
         [
@@ -343,17 +343,6 @@ impl Counts {
             (FrameRefusal::Counter, self.counter),
             (FrameRefusal::NotANumber, self.not_a_number),
             (FrameRefusal::OutOfRange, self.out_of_range),
-        ]
-    }
-
-    /// Transfers refused, by cause.
-    #[must_use]
-    pub fn refused_transfers(&self) -> [(FrameRefusal, u64); 4] {
-        [
-            (FrameRefusal::Toggle, self.toggle),
-            (FrameRefusal::Checksum, self.checksum),
-            (FrameRefusal::Incomplete, self.incomplete),
-            (FrameRefusal::OtherNode, self.other_node),
         ]
     }
 }

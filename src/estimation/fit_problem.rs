@@ -5,14 +5,11 @@ use std::sync::Arc;
 
 use super::measured_rows::{MeasuredRows, Residuals};
 
-/// Most local parameters of a unit.
-pub const MOST_LOCALS: usize = 3;
-
 /// What can be fitted.
 pub trait OutputError: Sync {
     /// Where each unit's residuals stand in the residual vector.
     fn units(&self) -> &[Range<usize>];
-    /// Number of local parameters of each unit, at most [`MOST_LOCALS`].
+    /// Number of local parameters of each unit.
     fn locals(&self) -> usize;
     /// Length of the residual vector.
     fn len(&self) -> usize;

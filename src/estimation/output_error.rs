@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-pub use super::fit_problem::{Fit, FitConfig, Free, MOST_LOCALS, OutputError};
+pub use super::fit_problem::{Fit, FitConfig, Free, OutputError};
 pub use super::measured_rows::Residuals;
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;

@@ -266,7 +266,7 @@ impl Equations {
     }
 
     /// [rad/s] z and the point it belongs to, before the laws that act on z. [LPC16] Eq. (2).
-    pub(super) fn steady_point(&self, time: f64, command: f64, voltage: f64, side: f64) -> Point {
+    fn steady_point(&self, time: f64, command: f64, voltage: f64, side: f64) -> Point {
         let mut point = Point { time, side, ..self.constants };
         point.steady_rate = self.steady_rate_at(&mut point, command, voltage);
         point

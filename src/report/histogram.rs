@@ -67,8 +67,7 @@ pub fn interval_log(histograms: &[Named<'_>], began: SystemTime, duration: Durat
 }
 
 /// The text of `outputPercentileDistribution`, values in µs.
-#[must_use]
-pub fn percentile_text(histogram: &Histogram<u64>) -> String {
+fn percentile_text(histogram: &Histogram<u64>) -> String {
     let scaled = |value: u64| value as f64 / NANOSECONDS_PER_MICROSECOND;
     let mut text =
         format!("{:>12} {:>14} {:>10} {:>14}\n\n", "Value", "Percentile", "TotalCount", "1/(1-Percentile)");

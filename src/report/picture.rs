@@ -273,7 +273,6 @@ fn colours(series: &[Series]) -> Vec<&'static str> {
     let colour = |series: &Series| match series.tone {
         Tone::Measured => "#3d4653",
         Tone::Model => NEXT[0],
-        Tone::Better => NEXT[2],
         Tone::Residual => "#d1402f",
         Tone::Quiet => "#9aa5b1",
         Tone::Next => free.next().unwrap_or(&NEXT[0]),

@@ -14,8 +14,6 @@ pub enum Tone {
     Measured,
     /// What the model says.
     Model,
-    /// What the extended or better model says.
-    Better,
     /// Measured minus model; what is wrong.
     Residual,
     /// Background: references, limits, the paper's values.
@@ -28,7 +26,6 @@ impl Tone {
             Self::Next => "next",
             Self::Measured => "measured",
             Self::Model => "model",
-            Self::Better => "better",
             Self::Residual => "residual",
             Self::Quiet => "quiet",
         }

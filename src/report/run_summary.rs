@@ -138,8 +138,7 @@ pub fn run(summary: &RunSummary) -> String {
 }
 
 /// The guard's last state, and why.
-#[must_use]
-pub fn guard_at_end(state: &str, cause: &str) -> String {
+fn guard_at_end(state: &str, cause: &str) -> String {
     format!("guard at the end: {state} ({cause})")
 }
 

@@ -122,8 +122,7 @@ impl RunComparison {
     }
 
     /// How each controller answered the impulses behind the first one; `None` where there are none.
-    #[must_use]
-    pub fn later_table(&self) -> Option<TextTable> {
+    fn later_table(&self) -> Option<TextTable> {
         let mut rows = Vec::new();
         for (run, shown) in self.runs.iter().zip(self.shown()) {
             rows.extend(run.later.iter().map(|strike| Shown {

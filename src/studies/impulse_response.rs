@@ -92,7 +92,7 @@ pub fn measure(run: &[Moment], struck_s: f64, window_s: f64) -> ImpulseResponse 
 }
 
 /// [s] mean distance of two moments.
-pub fn period_of(run: &[Moment]) -> f64 {
+fn period_of(run: &[Moment]) -> f64 {
     match (run.first(), run.last()) {
         (Some(first), Some(last)) if run.len() > 1 => (last.time - first.time) / (run.len() - 1) as f64,
         _ => 0.0,

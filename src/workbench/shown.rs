@@ -49,7 +49,7 @@ struct ShownBlock {
 }
 
 /// Which side of the unknown torque: one standard error below it, itself, one above.
-pub(super) const SIDES: [(&str, f64); 3] = [("lower", -1.0), ("upper", 1.0), ("torque", 0.0)];
+const SIDES: [(&str, f64); 3] = [("lower", -1.0), ("upper", 1.0), ("torque", 0.0)];
 
 impl ShownComparison {
     pub fn of(comparison: Comparison) -> Self {

@@ -201,7 +201,6 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("discover/assemble.rs", &["101"], "points of a curve that is drawn"),
     ("discover/mod.rs", &["1000"], "names with a number"),
     ("estimation/dependence.rs", &["4"], "sums side by side in the processor"),
-    ("estimation/fit_problem.rs", &["3"], "size of an array"),
     ("estimation/kalman_smoother.rs", &["1_024"], "states that are kept"),
     ("estimation/lag_products.rs", &["128", "4", "8"], "rows and lanes of the processor"),
     ("estimation/lagged_products.rs", &["1_024", "4", "4_096"], "lengths of a transform"),

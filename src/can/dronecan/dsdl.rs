@@ -104,7 +104,7 @@ pub struct Compound {
 }
 
 /// [bit] that number an item, or count items, of `count`.
-pub(super) fn bits_for(count: usize) -> u32 {
+fn bits_for(count: usize) -> u32 {
     usize::BITS - count.leading_zeros()
 }
 
