@@ -110,8 +110,7 @@ mod tests {
         let time: Vec<f64> = (0..6_000).map(|k| 0.02 * f64::from(k)).collect();
         let swing: Vec<f64> = time.iter().map(|t| (6.0 * std::f64::consts::PI * t).sin()).collect();
         let rate: Vec<f64> = swing.iter().map(|rate| rate + normal.sample(&mut rng)).collect();
-        let mut log = Dataset::new("here", "", time).unwrap();
-        log.insert("body_rate_rad_s", rate.clone()).unwrap();
+        let log = Dataset::made(time, [("body_rate_rad_s", rate.clone())]);
         let floor = NoisePath::Window { rotors: false, angle: false };
         let mut run = BlockRun::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
@@ -156,8 +155,7 @@ mod tests {
         let read: Vec<f64> = speed.iter().map(|speed| speed + next()).collect();
         let wrong: Vec<f64> =
             speed.iter().zip(&time).map(|(speed, t)| speed + 8.0 * (6.0 * t).sin()).collect();
-        let mut log = Dataset::new("here", "", time).unwrap();
-        log.insert(PROPELLER_RATES[0], read).unwrap();
+        let log = Dataset::made(time, [(PROPELLER_RATES[0], read)]);
         let found = |modelled: &[f64]| {
             let mut run = BlockRun::new("actuator_1", PROPELLER_RATES[0], "rad/s", &[], NoisePath::Sensor);
             run.add(0..6_000, modelled);

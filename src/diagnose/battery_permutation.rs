@@ -100,16 +100,18 @@ mod tests {
     use super::super::rotor_block::rotor_runs;
     use super::*;
     use crate::log::Dataset;
+    use crate::signal::columns::{BATTERY_VOLTAGE, PROPELLER_RATES};
 
     #[test]
     fn a_reading_is_shifted_round_the_end_of_its_log_across_holes() {
         let mut time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
         time[60..].iter_mut().for_each(|time| *time += 1.0);
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        let same = |value: f64| vec![value; 100];
-        log.insert("command_1", same(0.5)).expect("fits");
-        log.insert("propeller_rate_1_rad_s", same(600.0)).expect("fits");
-        log.insert(Channel::BatteryVoltage.column(), (100..200).map(f64::from).collect()).expect("fits");
+        let (command, rates) = (vec![0.5; 100], vec![600.0; 100]);
+        let volts = (100..200).map(f64::from).collect();
+        let log = Dataset::made(
+            time,
+            [("command_1", command), (PROPELLER_RATES[0], rates), (BATTERY_VOLTAGE, volts)],
+        );
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
         assert_eq!(runs.len(), 2, "a hole");
@@ -124,15 +126,8 @@ mod tests {
     fn a_level_of_one_log_is_shifted_into_another() {
         let log = |volts: f64| {
             let time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
-            let mut log = Dataset::new("here", "", time).expect("time rises");
-            for (name, value) in [
-                ("command_1", 0.5),
-                ("propeller_rate_1_rad_s", 600.0),
-                (Channel::BatteryVoltage.column(), volts),
-            ] {
-                log.insert(name, vec![value; 100]).expect("fits");
-            }
-            log
+            let values = [("command_1", 0.5), (PROPELLER_RATES[0], 600.0), (BATTERY_VOLTAGE, volts)];
+            Dataset::made(time, values.map(|(name, value)| (name, vec![value; 100])))
         };
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6).into(), log(11.0).into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.5).runs else { panic!("of rotors") };

@@ -372,11 +372,9 @@ mod tests {
         let grid = Model::paper().effect("command_quantization").expect("known");
         for (levels, refused) in [(59, true), (60, false)] {
             let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
-            let mut log = Dataset::new("here", "", time).expect("time rises");
-            let command = (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels));
-            let rates = command.clone().map(|command| 1300.0 * command).collect();
-            log.insert("command_1", command.collect()).expect("fits");
-            log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+            let command: Vec<f64> = (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels)).collect();
+            let rates = command.iter().map(|command| 1300.0 * command).collect();
+            let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
             assert_eq!(refusal(&grid, &Model::paper(), &[log.into()]).is_some(), refused, "{levels} levels");
         }
     }

@@ -205,9 +205,8 @@ mod tests {
     use super::super::body_block::{BodyRun, BodySource};
     use super::super::model_selection::unidentified;
     use super::super::not_named::Unmet;
-    use super::super::rotor_block::rotor_runs;
+    use super::super::tests::at_once;
     use super::*;
-    use crate::log::Dataset;
 
     /// An effect's id and its parameters: name, value, standard error.
     type Hidden<'a> = (&'a str, &'a [(&'a str, f64, f64)]);
@@ -310,13 +309,7 @@ mod tests {
     /// Two logs that differ by a level each are no heat: one that would take hours moves nowhere in a minute.
     #[test]
     fn heat_that_hardly_moves_within_a_log_is_a_level() {
-        let time: Vec<f64> = (0..6000).map(|row| 0.01 * f64::from(row)).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        let command = (0..6000).map(|row| 0.5 + 0.1 * f64::from(row / 40 % 2));
-        let rates = command.clone().map(|command| 1200.0 * command).collect();
-        log.insert("command_1", command.collect()).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+        let data = at_once((0..6000).map(|row| 0.5 + 0.1 * f64::from(row / 40 % 2)));
         let rotor = DataSplit::new(data.clone(), Some(data));
         for (time_constant, determined) in [(30.0, true), (290.0, true), (310.0, false), (2000.0, false)] {
             let numbers = [("gain", 0.02, 1e-3), ("time_constant", time_constant, 1.0)];

@@ -170,20 +170,13 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rotor_block::rotor_runs;
+    use super::super::tests::at_once;
     use super::*;
-    use crate::log::Dataset;
 
     /// Without other logs each sample is held out exactly once, by a fit that has not seen it.
     #[test]
     fn every_sample_is_held_out_once_from_a_fit_on_others() {
-        let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        let command = (0..600).map(|row| 0.4 + 0.1 * f64::from(row / 3 % 2));
-        let rates = command.clone().map(|command| 1200.0 * command).collect();
-        log.insert("command_1", command.collect()).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log.into()]))), None);
+        let split = DataSplit::new(at_once((0..600).map(|row| 0.4 + 0.1 * f64::from(row / 3 % 2))), None);
         let counts = |data: &BlockData| match &data.runs {
             Runs::Rotor(runs) => runs[0].counts.clone(),
             Runs::Body(_) => Vec::new(),

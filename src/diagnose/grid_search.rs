@@ -221,9 +221,7 @@ mod tests {
                 rate += step * 16.0 * (behind - rate);
             }
         }
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert("command_1", command).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
         let mut data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         data.sigma[0] = 1.5;
         data

@@ -86,8 +86,7 @@ mod tests {
         };
         let rates = time.iter().enumerate().map(|(row, t)| gyro(*t) + 0.005 * noise(row)).collect();
         let angles = time.iter().enumerate().map(|(row, t)| angle(*t) + 0.001 * noise(row + 7919)).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert(BODY_RATE, rates).expect("fits");
+        let mut log = Dataset::made(time, [(BODY_RATE, rates)]);
         if has_angle {
             log.insert(BODY_ANGLE, angles).expect("fits");
         }

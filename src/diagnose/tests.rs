@@ -15,16 +15,18 @@ use crate::model::{Measure, Model};
 /// Samples of [`split`].
 pub(crate) const ROWS: usize = 4800;
 
-/// A rotor that steps between three levels, the same on both parts.
+/// A rotor, read a hundred times a second, that answers each command at once.
+pub(crate) fn at_once(command: impl Iterator<Item = f64>) -> BlockData {
+    let command: Vec<f64> = command.collect();
+    let time = (0..command.len()).map(|row| 0.01 * row as f64).collect();
+    let rates = command.iter().map(|command| 1200.0 * command).collect();
+    let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
+    BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])))
+}
+
+/// A rotor that steps between three levels, 0.4, 0.6 and 0.8, the same on both parts.
 pub(crate) fn split() -> DataSplit {
-    let time: Vec<f64> = (0..ROWS).map(|row| 0.01 * row as f64).collect();
-    let mut log = Dataset::new("here", "", time).expect("time rises");
-    // Three levels: 0.4, 0.6 and 0.8.
-    let command = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64);
-    let rates = command.clone().map(|command| 1200.0 * command).collect();
-    log.insert("command_1", command.collect()).expect("fits");
-    log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-    let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+    let data = at_once((0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64));
     DataSplit::new(data.clone(), Some(data))
 }
 

@@ -64,11 +64,9 @@ mod tests {
     use super::super::body_block::{BodyRun, BodySource};
     use super::super::candidate_fit::CandidateFit;
     use super::super::data_split::DataSplit;
-    use super::super::rotor_block::rotor_runs;
-    use super::super::tests::weighed_down;
+    use super::super::tests::{at_once, weighed_down};
     use super::*;
     use crate::estimation::output_error::Fit;
-    use crate::log::Dataset;
     use crate::model::Model;
 
     const ROWS: usize = 2400;
@@ -78,12 +76,7 @@ mod tests {
     }
 
     fn rotor() -> DataSplit {
-        let mut log = Dataset::new("here", "", time()).expect("time rises");
-        let command = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64);
-        let rates = command.clone().map(|command| 1200.0 * command).collect();
-        log.insert("command_1", command.collect()).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+        let data = at_once((0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64));
         DataSplit::new(data.clone(), Some(data))
     }
 

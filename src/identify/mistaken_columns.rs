@@ -73,10 +73,7 @@ mod tests {
             read(now)
         };
         let rates = command.iter().map(follow).collect();
-        let mut log = Dataset::new("made.csv", "", time).expect("time rises");
-        log.insert("command_1", command).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        log
+        Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)])
     }
 
     fn volts(log: &mut Dataset, volts: impl Fn(usize) -> f64) {
@@ -116,9 +113,10 @@ mod tests {
         let column = |name: &str| right.column(name).expect("there").to_vec();
         let sent = column("command_1");
         let written = (0..sent.len()).map(|row| sent[row.saturating_sub(1)]).collect();
-        let mut late = Dataset::new("late.csv", "", right.time().to_vec()).expect("time rises");
-        late.insert("command_1", written).expect("fits");
-        late.insert("propeller_rate_1_rad_s", column("propeller_rate_1_rad_s")).expect("fits");
+        let late = Dataset::made(
+            right.time().to_vec(),
+            [("command_1", written), ("propeller_rate_1_rad_s", column("propeller_rate_1_rad_s"))],
+        );
         let found = check(late, &paper).expect("not refused");
         assert_eq!(
             (found.len(), found[0].code, found[0].number("rows_earlier")),

@@ -51,16 +51,6 @@ pub enum DatasetError {
         /// Name of the column.
         column: String,
     },
-    /// What is asked needs a column that is not there, or is empty.
-    #[error("{source_name}: no column `{column}`; it holds {}", .present.join(", "))]
-    Missing {
-        /// File or other origin.
-        source_name: String,
-        /// Name of the column.
-        column: String,
-        /// Names of the columns that are there.
-        present: Vec<String>,
-    },
 }
 
 /// A gap in time over which nothing is known.
@@ -197,18 +187,6 @@ impl Dataset {
         self.time.clone()
     }
 
-    /// Values of a column that must be there.
-    ///
-    /// # Errors
-    /// [`DatasetError::Missing`] names the column and what is there.
-    pub fn require(&self, name: &str) -> Result<&[f64], DatasetError> {
-        self.column(name).ok_or_else(|| DatasetError::Missing {
-            source_name: self.source_name.clone(),
-            column: name.to_owned(),
-            present: self.names().map(str::to_owned).collect(),
-        })
-    }
-
     /// [s] median sampling interval; 0 with fewer than two samples.
     #[must_use]
     pub fn median_interval(&self) -> f64 {
@@ -299,6 +277,16 @@ pub fn is_hole(gap: f64, median_interval: f64) -> bool {
 }
 
 #[cfg(test)]
+impl Dataset {
+    /// A log of these columns.
+    pub(crate) fn made<const N: usize>(time: Vec<f64>, columns: [(&str, Vec<f64>); N]) -> Self {
+        let mut log = Self::new("here", "", time).expect("time rises");
+        columns.into_iter().for_each(|(name, values)| log.insert(name, values).expect("as long as time"));
+        log
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -328,9 +316,5 @@ mod tests {
         assert!(log.insert("command_2", vec![0.1]).is_err());
         log.insert("current_1_a", vec![f64::NAN; 2]).expect("right length");
         assert_eq!(log.column("current_1_a"), None);
-        assert_eq!(
-            log.require("body_rate_rad_s").unwrap_err().to_string(),
-            "a.csv: no column `body_rate_rad_s`; it holds command_1, current_1_a"
-        );
     }
 }

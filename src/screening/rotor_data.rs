@@ -269,10 +269,7 @@ mod tests {
         let time: Vec<f64> = (0..(seconds * 50.0) as usize).map(|k| k as f64 * 0.02).collect();
         let u: Vec<f64> = time.iter().map(|&t| command(t)).collect();
         let rate: Vec<f64> = u.iter().map(|u| 1400.0 * u).collect();
-        let mut log = Dataset::new("log.csv", "", time).unwrap();
-        log.insert("command_1", u).unwrap();
-        log.insert("propeller_rate_1_rad_s", rate).unwrap();
-        log
+        Dataset::made(time, [("command_1", u), ("propeller_rate_1_rad_s", rate)])
     }
 
     fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {
@@ -379,8 +376,7 @@ mod tests {
         let mut u = vec![f64::NAN; 200];
         u[0] = 0.4;
         u[120] = 0.6;
-        let mut log = Dataset::new("log.csv", "", time).unwrap();
-        log.insert("command_1", u).unwrap();
+        let mut log = Dataset::made(time, [("command_1", u)]);
         log.insert("propeller_rate_1_rad_s", vec![500.0; 200]).unwrap();
         let (rotor, _) = rotor(&log);
         assert_eq!(rotor.segments, [0..100, 120..200]);

@@ -158,10 +158,7 @@ mod tests {
             shown
         };
         let rates = command.iter().map(follow).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        log.insert("command_1", command).expect("fits");
-        log.into()
+        Dataset::made(time, [("propeller_rate_1_rad_s", rates), ("command_1", command)]).into()
     }
 
     const CHANGES: [usize; 5] = [100, 250, 450, 600, 800];

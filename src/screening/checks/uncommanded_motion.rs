@@ -96,10 +96,7 @@ mod tests {
             let commanded = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
             rate += 0.27 * (1400.0 * commanded - rate);
         }
-        let mut log = Dataset::new("log.csv", "", time).unwrap();
-        log.insert("command_1", command).unwrap();
-        log.insert("propeller_rate_1_rad_s", rates).unwrap();
-        log
+        Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)])
     }
 
     fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {

@@ -16,9 +16,7 @@ fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
             value
         })
         .collect();
-    let mut log = Dataset::new("test", "", time).expect("time rises");
-    log.insert("body_rate_rad_s", rate).expect("right length");
-    log
+    Dataset::made(time, [("body_rate_rad_s", rate)])
 }
 
 #[test]

@@ -34,10 +34,7 @@ fn noise(row: usize) -> f64 {
 /// Rows `interval` [s] apart under the name of a measured channel, with a command beside.
 fn log(name: &str, interval: f64, commands: &[f64], values: Vec<f64>) -> Dataset {
     let time = (0..values.len()).map(|row| row as f64 * interval).collect();
-    let mut log = Dataset::new("log.csv", "", time).unwrap();
-    log.insert("command_1", commands.to_vec()).unwrap();
-    log.insert(name, values).unwrap();
-    log
+    Dataset::made(time, [("command_1", commands.to_vec()), (name, values)])
 }
 
 /// Commands, and what a rotor of `pole` [rad/s] does under them.
@@ -242,10 +239,10 @@ pub(crate) fn log_with_hole(rows: usize, changes: &[usize], hole_after: usize) -
     let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
     let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
     let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
-    let mut log = Dataset::new("here", "", time).expect("time rises");
-    log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
-    log.insert("command_1", command).expect("fits");
-    log
+    Dataset::made(
+        time,
+        [("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()), ("command_1", command)],
+    )
 }
 
 /// A rotor that is stopped at 10 s, and stands at 12 s, where a part begins: in the part alone nobody would know that it has
@@ -267,9 +264,7 @@ fn what_is_not_scored_in_a_log_is_not_scored_in_a_part_of_it() {
     }
     let frozen = commands[1500];
     commands[1500..2000].fill(frozen);
-    let mut log = Dataset::new("a.csv", "", time).expect("time rises");
-    log.insert("command_1", commands).expect("as long");
-    log.insert("propeller_rate_1_rad_s", rates).expect("as long");
+    let log = Dataset::made(time, [("command_1", commands), ("propeller_rate_1_rad_s", rates)]);
     let whole = ScreenedLog::from(log);
     let stretches = [550..900, 1600..2400];
     let part = whole.of_rows(&stretches);

@@ -25,10 +25,7 @@ fn log(command: impl Fn(f64) -> f64, noise: f64, step: f64) -> Dataset {
         rates.push(((rate + scatter) / step).round() * step);
         rate += 0.27 * (1400.0 * command - rate);
     }
-    let mut log = Dataset::new("log.csv", "", time).unwrap();
-    log.insert("command_1", commands).unwrap();
-    log.insert("propeller_rate_1_rad_s", rates).unwrap();
-    log
+    Dataset::made(time, [("command_1", commands), ("propeller_rate_1_rad_s", rates)])
 }
 
 fn binary(t: f64) -> f64 {

@@ -8,9 +8,7 @@ fn rotor(command: impl Fn(f64) -> f64, rate: impl Fn(f64, f64) -> f64) -> (Scree
     let time: Vec<f64> = (0..1000).map(|row| 0.02 * f64::from(row)).collect();
     let commands: Vec<f64> = time.iter().map(|time| command(*time)).collect();
     let rates = time.iter().zip(&commands).map(|(time, command)| rate(*time, 1400.0 * command)).collect();
-    let mut log = Dataset::new("log.csv", "", time).expect("time rises");
-    log.insert("command_1", commands).expect("fits");
-    log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+    let log = Dataset::made(time, [("command_1", commands), ("propeller_rate_1_rad_s", rates)]);
     let log = ScreenedLog::from(log);
     let findings = log.rotor(1).expect("measured").findings().cloned().collect();
     (log, findings)
