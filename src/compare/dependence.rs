@@ -246,14 +246,8 @@ mod tests {
     fn log() -> (Dataset, Vec<f64>) {
         let time: Vec<f64> = (0..3_000).map(|k| 0.01 * f64::from(k)).collect();
         let angle: Vec<f64> = time.iter().map(|t| (1.3 * t).sin() + 0.3 * (3.1 * t).cos()).collect();
-        let log = Dataset::made(
-            time.clone(),
-            [
-                ("body_angle_rad", angle.clone()),
-                ("battery_voltage_v", time.iter().map(|t| 12.5 - 0.01 * t).collect()),
-            ],
-        );
-        (log, angle)
+        let voltage = time.iter().map(|t| 12.5 - 0.01 * t).collect();
+        (Dataset::made(time, [("body_angle_rad", angle.clone()), ("battery_voltage_v", voltage)]), angle)
     }
 
     fn of(log: &Dataset, error: &[f64]) -> Relations {

@@ -8,10 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::FleetError;
 use crate::file::{read_settings_text, toml_error};
-
-/// Endings of the names of logs that a folder is searched for.
-const ENDINGS: [&str; 13] =
-    ["csv", "mcap", "log", "bbl", "bfl", "txt", "bin", "ulg", "parquet", "blf", "asc", "candump", "tsv"];
+use crate::log::formats::ENDINGS;
 
 /// Benches to diagnose.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

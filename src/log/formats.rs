@@ -9,6 +9,10 @@ use super::ulog::Ulog;
 /// The formats, in the order in which they are asked.
 pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight, &DataFlash, &Parquet, &Ulog];
 
+/// Endings of the names of logs that a folder is searched for.
+pub const ENDINGS: [&str; 13] =
+    ["csv", "mcap", "log", "bbl", "bfl", "txt", "bin", "ulg", "parquet", "blf", "asc", "candump", "tsv"];
+
 /// Names of everything that is read.
 #[must_use]
 pub fn readable() -> String {
