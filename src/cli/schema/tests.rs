@@ -85,9 +85,9 @@ fn add(root: &mut Value, definition: &str, field: &str, rule: &Value) {
 /// What an identification says beside its fields.
 fn add_outcomes(root: &mut Value) {
     let meaning = "What was done, or why it was not, as a sentence.";
-    add(root, "Part", "outcome", &json!({ "type": "string", "description": meaning }));
+    add(root, "PipelineStep", "outcome", &json!({ "type": "string", "description": meaning }));
     let meaning = "The step and its equation.";
-    add(root, "Part", "step", &json!({ "type": "string", "description": meaning }));
+    add(root, "PipelineStep", "step", &json!({ "type": "string", "description": meaning }));
 }
 
 fn of(name: &str) -> Value {
@@ -97,7 +97,7 @@ fn of(name: &str) -> Value {
         "compare" => {
             let mut root = schema::<Comparisons>(name);
             let meaning = "How it was run, in words.";
-            add(&mut root, "Block", "run", &json!({ "type": "string", "description": meaning }));
+            add(&mut root, "ScoredBlock", "run", &json!({ "type": "string", "description": meaning }));
             root
         }
         "compare-runs" => schema::<WithSentences<RunComparison>>("compare --runs"),
