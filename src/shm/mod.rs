@@ -57,7 +57,7 @@ pub struct BenchMember {
 impl std::fmt::Debug for BenchMember {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
-            .debug_struct("Bench")
+            .debug_struct("BenchMember")
             .field("place", &self.place)
             .field("role", &self.role)
             .finish_non_exhaustive()

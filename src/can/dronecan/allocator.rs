@@ -74,7 +74,7 @@ pub struct NodeIdAllocator<'a> {
 impl std::fmt::Debug for NodeIdAllocator<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
-            .debug_struct("Allocator")
+            .debug_struct("NodeIdAllocator")
             .field("own", &self.own)
             .field("table", &self.table)
             .finish_non_exhaustive()
