@@ -74,6 +74,7 @@ pub mod fleet;
 pub mod guard;
 pub mod identify;
 pub mod log;
+pub mod memory;
 pub mod model;
 pub mod recording;
 pub mod report;
@@ -89,3 +90,8 @@ pub mod threshold;
 pub mod thresholds_page;
 pub mod unit;
 pub mod workbench;
+
+/// As the program has it.
+#[cfg(test)]
+#[global_allocator]
+static MEMORY: memory::LongBlocks = memory::LongBlocks;

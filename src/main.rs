@@ -4,6 +4,9 @@
 
 use std::process::ExitCode;
 
+#[global_allocator]
+static MEMORY: rotorbench::memory::LongBlocks = rotorbench::memory::LongBlocks;
+
 fn main() -> ExitCode {
     rotorbench::cli::main()
 }

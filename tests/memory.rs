@@ -9,6 +9,10 @@ use rotorbench::recording::{Disk, RecordedItem, Recorder, RecorderOptions, Recor
 use rotorbench::screening::ScreenedLog;
 use rotorbench::signal::{Applied, Command, ControlStep, CycleSample, GuardStep, Sensors};
 
+/// As the program has it.
+#[global_allocator]
+static MEMORY: rotorbench::memory::LongBlocks = rotorbench::memory::LongBlocks;
+
 /// One period of a bench: what its threads would send.
 fn period(sequence: u64) -> [RecordedItem; 4] {
     let stamp_ns = sequence * 1_000_000;

@@ -20,6 +20,8 @@ pub const TABLE: &[(&str, &[&str])] = &[
     ("threads", &["cancel"]),
     // Columns that log and model share.
     ("cells", &[]),
+    // The allocator of the program, which no room names.
+    ("memory", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
     ("model", &["cells", "file", "unit", "signal", "effect"]),

@@ -12,6 +12,7 @@ const FILES: &[(&str, &str)] = &[
     ("can/timestamps.rs", "what an interface stamps"),
     ("cli/pipe.rs", "to end with the reader"),
     ("clock.rs", "the monotonic clock, to sleep until"),
+    ("memory.rs", "an allocator, pages"),
     ("recording/writer.rs", "to leave the real-time scheduler"),
     ("rt/fault.rs", "to survive memory that is gone"),
     ("rt/rights.rs", "limits"),
