@@ -43,7 +43,12 @@ pub(crate) fn sin(angle: f64) -> f64 {
         -1.0 / 1_307_674_368_000.0,
         1.0 / 355_687_428_096_000.0,
     ];
-    angle + angle * square * TERMS.iter().rev().fold(0.0, |sum, term| sum * square + term)
+    // In pairs (Estrin): one term after the other each would wait for the one before.
+    let [a, b, c, d, e, f, g, h] = TERMS;
+    let fourth = square * square;
+    let low = (a + b * square) + fourth * (c + d * square);
+    let high = (e + f * square) + fourth * (g + h * square);
+    angle + angle * square * (low + fourth * fourth * high)
 }
 
 /// Up to a quarter: there the sixth convergent of Lambert's continued fraction is right to the last digit.
