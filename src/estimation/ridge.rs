@@ -22,6 +22,13 @@ impl RidgeSums {
         Self { squares: DMatrix::zeros(count, count), products: DVector::zeros(count) }
     }
 
+    /// The sums of these rows and of others.
+    pub fn and(mut self, others: &Self) -> Self {
+        self.squares += &others.squares;
+        self.products += &others.products;
+        self
+    }
+
     /// A row: its columns that are not zero, its weight, and its weighted value.
     pub fn add(&mut self, columns: impl Iterator<Item = (usize, f64)> + Clone, weight: f64, product: f64) {
         for (a, x) in columns.clone() {

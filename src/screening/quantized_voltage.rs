@@ -12,6 +12,7 @@ use super::battery_plateaus::step_of;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,6 +20,7 @@ use crate::estimation::censored_normal::CensoredNormal;
 use crate::estimation::moments::mean;
 use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
+use crate::threads::spread;
 use columns::VoltageColumns;
 
 /// Puts readings without plateaus in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
@@ -82,9 +84,15 @@ fn averaged(time: &[f64], values: &[f64], reach: f64) -> Vec<f64> {
             Some(*sum)
         }))
         .collect();
+    // Time rises, and with it where the mean begins and ends.
+    let (mut from, mut to) = (0, 0);
     let mean = |at: &f64| {
-        let from = time.partition_point(|other| *other < at - reach);
-        let to = time.partition_point(|other| *other <= at + reach);
+        while time.get(from).is_some_and(|other| *other < at - reach) {
+            from += 1;
+        }
+        while time.get(to).is_some_and(|other| *other <= at + reach) {
+            to += 1;
+        }
         (sums[to] - sums[from]) / (to - from) as f64
     };
     time.iter().map(mean).collect()
@@ -152,6 +160,15 @@ struct Fit<'a> {
     likelihood: f64,
 }
 
+/// What one pass over rows sums up.
+struct Pass {
+    sums: RidgeSums,
+    /// [V²]
+    variance: f64,
+    /// Logarithm.
+    likelihood: f64,
+}
+
 impl Fit<'_> {
     fn value(&self, row: usize) -> f64 {
         self.columns.at(row).map(|(at, x)| self.weights[at] * x).sum()
@@ -172,15 +189,8 @@ impl<'a> QuantizedVoltage<'a> {
             fit = self.by_edges(VoltageColumns { bends, ..fit.columns })?;
         }
         for _ in 0..THRESHOLDS.most_passes {
-            let mut sums = RidgeSums::new(fit.columns.count());
-            let mut variance = 0.0;
-            fit.likelihood = 0.0;
-            for row in 0..self.voltage.len() {
-                let CensoredNormal { mean, weight, share } = self.cut(&fit, row);
-                sums.add(fit.columns.at(row), weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
-                variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
-                fit.likelihood += share.ln();
-            }
+            let Pass { mut sums, variance, likelihood } = self.pass(&fit);
+            fit.likelihood = likelihood;
             self.smooth(&mut sums, &fit.columns, fit.noise, Some(&fit.weights));
             let change = sums.solve(self.voltage.len())?;
             fit.weights += &change;
@@ -191,6 +201,33 @@ impl<'a> QuantizedVoltage<'a> {
             }
         }
         Some(fit)
+    }
+
+    /// One pass over all rows; of many on every core, in parts whose number does not depend on that of the cores.
+    fn pass(&self, fit: &Fit) -> Pass {
+        let rows = self.voltage.len();
+        let parts = if rows < THRESHOLDS.spread_rows { 1 } else { THRESHOLDS.spread_parts };
+        let parts: Vec<Range<usize>> =
+            (0..parts).map(|part| part * rows / parts..(part + 1) * rows / parts).collect();
+        let mut done = spread(&parts, |rows| self.pass_over(fit, rows.clone())).into_iter();
+        let first = done.next().unwrap_or_else(|| self.pass_over(fit, 0..0));
+        done.fold(first, |all, part| Pass {
+            sums: all.sums.and(&part.sums),
+            variance: all.variance + part.variance,
+            likelihood: all.likelihood + part.likelihood,
+        })
+    }
+
+    fn pass_over(&self, fit: &Fit, rows: Range<usize>) -> Pass {
+        let mut pass = Pass { sums: RidgeSums::new(fit.columns.count()), variance: 0.0, likelihood: 0.0 };
+        for row in rows {
+            let CensoredNormal { mean, weight, share } = self.cut(fit, row);
+            let columns = fit.columns.at(row);
+            pass.sums.add(columns, weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
+            pass.variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
+            pass.likelihood += share.ln();
+        }
+        pass
     }
 
     /// Least squares on the edges, and a little on the plateaus.

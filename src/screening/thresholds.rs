@@ -336,6 +336,10 @@ crate::thresholds! {
     least_row_weight: f64 = 1e-3, "-", "judgement";
     /// passes of the search for the edges of a battery reading's steps, which needs two to eight
     most_passes: usize = 60, "count", "the development cases";
+    /// rows from which on a pass of that search goes over parts of them side by side
+    spread_rows: usize = 240_000, "count", "judgement: threads start in a hundredth of the time of a pass";
+    /// parts of such a pass, whatever the number of threads
+    spread_parts: usize = 32, "count", "judgement";
     /// share of a step of the reading below which that search has ended
     pass_ended: f64 = 1e-3, "-", "judgement";
     /// share of what is seen of a transient behind which it has settled
