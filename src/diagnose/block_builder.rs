@@ -24,15 +24,14 @@ use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
 use crate::signal::columns;
+use crate::threads::both;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
 pub fn rotor_split(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Option<DataSplit> {
-    parted(
-        BlockData::new(Runs::Rotor(rotor_runs(train))),
-        BlockData::new(Runs::Rotor(rotor_runs(validate))),
-        validate,
-    )
+    let block = |logs| BlockData::new(Runs::Rotor(rotor_runs(logs)));
+    let (train, held_out) = both(|| block(train), || block(validate));
+    parted(train, held_out, validate)
 }
 
 /// The body block of the logs; `None` when no log has a body rate beside anything that drives it. Logs in which the body was
@@ -53,8 +52,8 @@ pub fn body_split(
         let runs = logs.flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
         BlockData::new(Runs::Body(runs.collect()))
     };
-    let train_block = block(train, driver.fitted, false);
-    let validate_block = block(validate, driver.fitted, true);
+    let (train_block, validate_block) =
+        both(|| block(train, driver.fitted, false), || block(validate, driver.fitted, true));
     let mut split = parted(train_block, validate_block, validate);
     split.iter_mut().for_each(|split| split.is_body_held = is_body_held);
     Ok(split)

@@ -8,6 +8,7 @@ use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::deviation;
+use crate::log::Cells;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::{Sensor, columns};
 
@@ -46,7 +47,7 @@ pub struct BlockData {
 impl BlockData {
     /// Lays out runs.
     #[must_use]
-    pub fn new(runs: Runs) -> Self {
+    pub fn new(mut runs: Runs) -> Self {
         let mut units = Vec::new();
         let mut len = 0;
         let mut unit = |length: usize| {
@@ -79,6 +80,10 @@ impl BlockData {
             Runs::Rotor(runs) => rotor_block::measured_rows(runs, &units),
             Runs::Body(runs) => body_block::measured_rows(runs, &units),
         };
+        if let Runs::Body(runs) = &mut runs {
+            // Nobody else asks for it, and of a long log it is long.
+            runs.iter_mut().for_each(|run| run.carried = Cells::default());
+        }
         Self { runs, sigma: [1.0; 2], units, len, measured, carried, noise }
     }
 
@@ -307,6 +312,6 @@ impl BlockData {
             }
             Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
         };
-        Self { sigma: self.sigma, ..Self::new(runs) }
+        Self { sigma: self.sigma, carried: self.carried, ..Self::new(runs) }
     }
 }

@@ -23,7 +23,7 @@ pub struct BodyRun {
     pub rows: Range<usize>,
     /// [N m/s] how the torque rises within the interval after each sample.
     pub torque_slope: Cells,
-    /// [N m] an example of the noise that the torque carries from the rotors' sensors.
+    /// [N m] an example of the noise that the torque carries from the rotors' sensors; none once it was asked what it does.
     pub carried: Cells,
     /// The inputs for a model without delay or lag of the torque.
     pub input: Arc<BodyInput>,
@@ -148,7 +148,7 @@ pub(crate) fn measured_rows(runs: &[BodyRun], units: &[Range<usize>]) -> Option<
 #[must_use]
 pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
     let (mut sums, mut count) = ([0.0, 0.0], 0.0);
-    for run in runs {
+    for run in runs.iter().filter(|run| !run.carried.is_empty()) {
         for rows in &run.windows {
             let (mut rates, mut angles) = (vec![0.0], vec![0.0]);
             for row in rows.start..rows.end - 1 {
@@ -176,6 +176,10 @@ pub fn window_residuals(
     trace: &mut BodyTrace,
     out: &mut [f64],
 ) {
+    if !run.counts[window] {
+        out.fill(0.0);
+        return;
+    }
     let rows = run.windows[window].clone();
     let has_angle = !run.angle.is_empty();
     let local = |index: usize| locals.get(index).copied().unwrap_or(0.0);
@@ -186,9 +190,8 @@ pub fn window_residuals(
     trace.rate.clear();
     trace.angle.clear();
     equations.simulate_body(input, rows.start, rows.end, &start, trace);
-    let counts = run.counts[window];
     let difference = |measured: f64, simulated: f64, sigma: f64| {
-        if counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 }
+        if measured.is_finite() { (measured - simulated) / sigma } else { 0.0 }
     };
     let (rates, angles) = out.split_at_mut(rows.len());
     for ((value, measured), simulated) in rates.iter_mut().zip(&run.rate[rows.clone()]).zip(&trace.rate) {

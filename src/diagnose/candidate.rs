@@ -49,6 +49,12 @@ impl Candidate<'_> {
         self.finish(self.starting_points(split), split)
     }
 
+    /// The same from where a fit on a part of the data ended.
+    #[must_use]
+    pub(crate) fn run_near(&self, split: &DataSplit) -> CandidateFit {
+        self.finish(StartingPoints { is_on_part: true, ..self.starting_points(split) }, split)
+    }
+
     /// The least cost on data when the candidate's numbers are fitted from where a model has them; not looked for any longer where
     /// it hardly falls any more and is above `goal`.
     #[must_use]
@@ -127,7 +133,7 @@ impl Candidate<'_> {
             goal: self.without.map(|cost| THRESHOLDS.promising_share * cost),
             ..starting_points.way
         };
-        let short = split.shortened().filter(|_| !starting_points.is_on_part);
+        let short = split.shortened().filter(|_| !starting_points.is_on_part && !names.is_empty());
         let short = short.map(|data| Problem::new(data, template.clone(), names.clone(), &inside));
         let near = |model: &Model| {
             let end =

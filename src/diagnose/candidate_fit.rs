@@ -104,6 +104,9 @@ impl CandidateFit {
     /// a curve bent to the data.
     #[must_use]
     pub fn cancels(&self, split: &DataSplit, known: &[Effect]) -> bool {
+        if self.effects.len() < 2 {
+            return false;
+        }
         let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(split, &[id], known)).collect();
         let ids = &self.effects;
         let mut pairs = (0..ids.len()).flat_map(|one| (one + 1..ids.len()).map(move |two| (one, two)));

@@ -11,6 +11,7 @@ use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Site, Term, find};
 use crate::model::Effect;
+use crate::threads::both;
 
 pub(crate) fn over_floor(split: &DataSplit, fitted: &CandidateFit, floors: &[f64; 2]) -> (f64, usize) {
     let ratio = |channel: usize| fitted.channel_error(split, channel, true) / floors[channel];
@@ -66,11 +67,13 @@ pub(crate) fn joint_floors(split: &DataSplit, best: &CandidateFit) -> [f64; 2] {
 fn on_both_parts(
     split: &DataSplit,
     best: &CandidateFit,
-    floors: impl Fn(&BlockData, &[f64], f64) -> [f64; 2],
+    floors: impl Fn(&BlockData, &[f64], f64) -> [f64; 2] + Sync,
 ) -> [f64; 2] {
     let inertia = best.model.body.inertia;
-    let train = floors(&split.train, &best.fit.residuals.all(), inertia);
-    let validate = floors(&split.validate, &best.held_out.residuals.all(), inertia);
+    let (train, validate) = both(
+        || floors(&split.train, &best.fit.residuals.all(), inertia),
+        || floors(&split.validate, &best.held_out.residuals.all(), inertia),
+    );
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 

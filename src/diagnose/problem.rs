@@ -12,7 +12,8 @@ use crate::cancel;
 use crate::estimation;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
-use crate::estimation::output_error::OutputError;
+use crate::estimation::output_error::{OutputError, UnitResiduals};
+use crate::estimation::unit_fit;
 use crate::model::{BodyInput, BodyTrace, Effect, Equations, Model, RotorTrace};
 use crate::threads::spread_out;
 
@@ -58,6 +59,9 @@ impl<'a> Problem<'a> {
     pub fn cost_of(&self, model: &Model) -> f64 {
         let start: Vec<f64> = self.names.iter().map(|name| model.parameter(name).unwrap_or(0.0)).collect();
         let locals = vec![0.0; self.data.units().len() * self.locals];
+        if let Some(cost) = unit_fit::cost(self, &start, &locals) {
+            return cost;
+        }
         let mut residuals = vec![0.0; self.data.len()];
         self.residuals(&start, &locals, &mut residuals);
         sum_of_squares(&residuals)
@@ -106,30 +110,14 @@ impl<'a> Problem<'a> {
         });
     }
 
-    /// Windows do not see each other.
-    fn body_residuals(&self, equations: &Equations, runs: &[BodyRun], locals: &[f64], out: &mut [f64]) {
-        let under: Vec<Option<BodyInput>> =
-            runs.iter().map(|run| body_block::input_under(equations, run)).collect();
-        let mut unit = 0;
-        let mut pieces = Vec::new();
-        for (run, under) in runs.iter().zip(&under) {
-            let input = under.as_ref().unwrap_or(&run.input);
-            for from in (0..run.windows.len()).step_by(WINDOWS_OF_A_PIECE) {
-                let windows = from..(from + WINDOWS_OF_A_PIECE).min(run.windows.len());
-                pieces.push((unit..unit + windows.len(), (run, input, windows.clone())));
-                unit += windows.len();
-            }
-        }
-        self.side_by_side(pieces, out, |first, (run, input, windows), out| {
-            let mut trace = BodyTrace::default();
-            let start = self.data.units()[first].start;
-            for (unit, window) in (first..).zip(windows) {
-                cancel::check();
-                let rows = &self.data.units()[unit];
-                let out = &mut out[rows.start - start..rows.end - start];
-                let (own, sigma) = (self.local(locals, unit), self.data.sigma);
-                body_block::window_residuals(equations, (run, input), window, own, sigma, &mut trace, out);
-            }
+    fn body_residuals(&self, units: &BodyUnits, locals: &[f64], out: &mut [f64]) {
+        let all = self.data.units().len();
+        let pieces =
+            (0..all).step_by(WINDOWS_OF_A_PIECE).map(|from| from..(from + WINDOWS_OF_A_PIECE).min(all));
+        let pieces = pieces.map(|piece| (piece.clone(), piece)).collect();
+        self.side_by_side(pieces, out, |_, piece: Range<usize>, out| {
+            let own = locals.get(piece.start * self.locals..piece.end * self.locals).unwrap_or(&[]);
+            units.write(piece, own, out);
         });
     }
 
@@ -179,6 +167,12 @@ impl OutputError for Problem<'_> {
         self.data.measured_rows()
     }
 
+    fn by_units(&self, globals: &[f64]) -> Option<Box<dyn UnitResiduals + '_>> {
+        let Runs::Body(runs) = &self.data.runs else { return None };
+        let equations = self.model(globals).equations().ok()?;
+        Some(Box::new(BodyUnits::new(self, equations, runs)))
+    }
+
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
         // The effects of the template were looked up before; an error here cannot happen, and would lose.
         let Ok(equations) = self.model(globals).equations() else {
@@ -187,7 +181,7 @@ impl OutputError for Problem<'_> {
         };
         match &self.data.runs {
             Runs::Rotor(runs) => self.rotor_residuals(&equations, runs, locals, out),
-            Runs::Body(runs) => self.body_residuals(&equations, runs, locals, out),
+            Runs::Body(runs) => self.body_residuals(&BodyUnits::new(self, equations, runs), locals, out),
         }
     }
 
@@ -196,6 +190,53 @@ impl OutputError for Problem<'_> {
             (Runs::Rotor(_), 0) => self.data.sigma[0],
             (Runs::Rotor(_), _) => 1.0,
             (Runs::Body(_), index) => self.data.sigma[index.min(1)],
+        }
+    }
+}
+
+/// The windows of a body under a model, which do not see each other.
+struct BodyUnits<'a> {
+    problem: &'a Problem<'a>,
+    equations: Equations,
+    /// Each with its inputs, where the model delays or lags them, and its first window.
+    runs: Vec<(&'a BodyRun, Option<BodyInput>, usize)>,
+}
+
+impl<'a> BodyUnits<'a> {
+    fn new(problem: &'a Problem<'a>, equations: Equations, runs: &'a [BodyRun]) -> Self {
+        let mut first = 0;
+        let runs = runs.iter().map(|run| {
+            let own = (run, body_block::input_under(&equations, run), first);
+            first += run.windows.len();
+            own
+        });
+        let runs = runs.collect();
+        Self { problem, equations, runs }
+    }
+}
+
+impl UnitResiduals for BodyUnits<'_> {
+    fn write(&self, units: Range<usize>, locals: &[f64], out: &mut [f64]) {
+        let Problem { data, locals: count, .. } = *self.problem;
+        let mut trace = BodyTrace::default();
+        let start = data.units().get(units.start).map_or(0, |unit| unit.start);
+        for (place, unit) in units.enumerate() {
+            cancel::check();
+            let run = self.runs.partition_point(|(.., first)| *first <= unit).saturating_sub(1);
+            let Some((run, under, first)) = self.runs.get(run) else { return };
+            let rows = &data.units()[unit];
+            let out = &mut out[rows.start - start..rows.end - start];
+            let own = locals.get(place * count..(place + 1) * count).unwrap_or(&[]);
+            let run = (*run, under.as_ref().unwrap_or(&run.input));
+            body_block::window_residuals(
+                &self.equations,
+                run,
+                unit - first,
+                own,
+                data.sigma,
+                &mut trace,
+                out,
+            );
         }
     }
 }

@@ -76,8 +76,8 @@ impl Search<'_> {
             };
             weigh_channels(&mut split, &best);
             nominal = self.candidate(self.base, &[], &[]).run(&split);
-            refitted = self.candidate(&start, &[], &base_names).run(&split);
-            best = self.candidate(&best.model, ids, &base_names).run(&split);
+            refitted = self.candidate(&start, &[], &base_names).run_near(&split);
+            best = self.candidate(&best.model, ids, &base_names).run_near(&split);
         }
         let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
         self.measure_in_one_unit(&mut split, [&mut nominal, &mut refitted, &mut answer]);
@@ -101,11 +101,11 @@ impl Search<'_> {
         let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);
         let nominal = self.candidate(self.base, &[], &[]).run(split);
-        let refitted = self.candidate(&first.model, &[], &base_names).run(split);
+        let refitted = self.candidate(&first.model, &[], &base_names).run_near(split);
         let best = if ids.is_empty() {
             refitted.clone()
         } else {
-            self.candidate(&near.answer, ids, &base_names).run(split)
+            self.candidate(&near.answer, ids, &base_names).run_near(split)
         };
         (nominal, refitted, best)
     }

@@ -21,11 +21,21 @@ pub trait OutputError: Sync {
     fn measured(&self) -> Option<&Arc<MeasuredRows>> {
         None
     }
+    /// How residuals are made of a few units at a time; `None` where units are few and long.
+    fn by_units(&self, _globals: &[f64]) -> Option<Box<dyn UnitResiduals + '_>> {
+        None
+    }
     /// Writes measured minus simulated over its standard deviation; zero where nothing was measured.
     /// `locals` holds those of unit 0, then of unit 1, ...
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]);
     /// The size of a change of a local parameter that shows: the step of its derivative.
     fn local_scale(&self, index: usize) -> f64;
+}
+
+/// Residuals at certain globals, made of a few units at a time: units do not see each other.
+pub trait UnitResiduals: Sync {
+    /// Writes the residuals of some units, which follow each other, as [`OutputError::residuals`] does; `locals` and `out` are theirs.
+    fn write(&self, units: Range<usize>, locals: &[f64], out: &mut [f64]);
 }
 
 /// A global parameter of a fit.
@@ -39,7 +49,23 @@ pub struct Free {
     pub scale: f64,
 }
 
+/// Relative step of the difference quotients: half the digits of a double, rounded up for kinks in the laws.
+const DERIVATIVE_STEP: f64 = 1e-6;
+/// The same of locals, of their scale: they enter almost linearly.
+pub(super) const LOCAL_STEP: f64 = 1e-3;
+
 impl Free {
+    /// Whether it may move at all.
+    pub(super) fn is_free(&self) -> bool {
+        self.bounds.0 < self.bounds.1
+    }
+
+    /// The step of its difference quotient at a value.
+    pub(super) fn derivative_step(&self, value: f64) -> f64 {
+        let size = (DERIVATIVE_STEP * value.abs().max(self.scale)).max(f64::MIN_POSITIVE);
+        if value + size > self.bounds.1 { -size } else { size }
+    }
+
     /// The value, or the bound that it is beyond; bounds that are not numbers, as absurd data give them, bound nothing.
     pub(super) fn within(&self, value: f64) -> f64 {
         value.max(self.bounds.0).min(self.bounds.1)

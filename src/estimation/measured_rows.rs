@@ -52,6 +52,13 @@ impl MeasuredRows {
         place(part.start)..place(part.end)
     }
 
+    /// What stands in the measured rows at these `places` of a part of a whole vector that begins at `start`.
+    pub(crate) fn take_part(&self, places: Range<usize>, (start, part): (usize, &[f64]), taken: &mut [f64]) {
+        for (taken, row) in taken.iter_mut().zip(&self.rows[places]) {
+            *taken = part[*row as usize - start];
+        }
+    }
+
     /// What stands in these rows of a whole vector.
     pub(crate) fn take(&self, whole: &[f64], taken: &mut Vec<f64>) {
         taken.clear();

@@ -38,6 +38,8 @@ pub mod surrogate_test;
 pub mod third_differences;
 pub mod thresholds;
 pub(crate) mod two_poles;
+pub mod unit_fit;
+mod unit_slopes;
 pub mod variable_projection;
 pub mod welch;
 pub(crate) mod windows;

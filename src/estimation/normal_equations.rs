@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::fit_problem::Free;
 use super::measured_rows::MeasuredRows;
 use super::thresholds::THRESHOLDS;
 use crate::threads::spread;
 
 /// Derivatives of residuals, column by column.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Slopes {
     /// By the globals.
     pub(crate) columns: Vec<Vec<f64>>,
@@ -117,6 +118,33 @@ impl Normal {
         -(2.0 * self.gradient.dot(&change) + (&self.hessian * &change).dot(&change))
     }
 
+    /// The damped Gauss-Newton step from `globals`; parameters that stand at a bound and push against it stay.
+    pub(crate) fn direction(&self, free: &[Free], globals: &[f64], damping: f64) -> Vec<f64> {
+        let size = globals.len();
+        let moves: Vec<usize> = (0..size)
+            .filter(|index| {
+                let (free, value) = (&free[*index], globals[*index]);
+                let down = self.gradient[*index] > 0.0;
+                let at_bound = (down && value <= free.bounds.0) || (!down && value >= free.bounds.1);
+                !at_bound && self.hessian[(*index, *index)] > 0.0
+            })
+            .collect();
+        let mut change = vec![0.0; size];
+        let scale: Vec<f64> = moves.iter().map(|index| self.hessian[(*index, *index)].sqrt()).collect();
+        let matrix = DMatrix::from_fn(moves.len(), moves.len(), |row, column| {
+            let value = self.hessian[(moves[row], moves[column])] / (scale[row] * scale[column]);
+            if row == column { value + damping } else { value }
+        });
+        let right = DVector::from_fn(moves.len(), |row, _| -self.gradient[moves[row]] / scale[row]);
+        if let Some(cholesky) = matrix.cholesky() {
+            let solution = cholesky.solve(&right);
+            for (row, index) in moves.iter().enumerate() {
+                change[*index] = solution[row] / scale[row];
+            }
+        }
+        change
+    }
+
     /// Whether any global moves the residuals.
     pub(crate) fn leads_on(&self) -> bool {
         (0..self.gradient.len()).any(|index| self.hessian[(index, index)] > 0.0)
@@ -216,33 +244,46 @@ pub(crate) fn standard_errors(
     (units, len): (&[Range<usize>], usize),
     rows: Option<&MeasuredRows>,
 ) -> Vec<f64> {
-    let size = normal.slopes.columns.len();
-    let live: Vec<usize> = (0..size).filter(|index| normal.hessian[(*index, *index)] > 0.0).collect();
+    let locals = units.len() * normal.slopes.local_columns.len();
+    errors_of(&normal.hessian, (residuals, locals), |live, scale| {
+        let mut meat = DMatrix::zeros(live.len(), live.len());
+        let columns: Vec<&[f64]> =
+            live.iter().map(|index| normal.slopes.columns[*index].as_slice()).collect();
+        let kept = rows.map_or(units, MeasuredRows::units);
+        for (units, kept) in chunks(units, residuals.len()).zip(chunks(kept, residuals.len())) {
+            let bare = bare(&columns, &normal.slopes.local_columns, kept);
+            let start = kept.first().map_or(0, |first| first.start);
+            for cluster in clusters(units, len) {
+                let cluster = rows.map_or(cluster.clone(), |rows| rows.within(&cluster));
+                let score = DVector::from_fn(live.len(), |row, _| {
+                    let within = cluster.start - start..cluster.end - start;
+                    dot(&bare[row][within], &residuals[cluster.clone()]) / scale[row]
+                });
+                meat += &score * score.transpose();
+            }
+        }
+        meat
+    })
+}
+
+/// The same from the normal matrix, the residuals with the number of `locals` fitted to them, and the sum of the squared scores of
+/// clusters, by those parameters that move the residuals, each over its scale.
+pub(crate) fn errors_of(
+    hessian: &DMatrix<f64>,
+    (residuals, locals): (&[f64], usize),
+    squared_scores: impl FnOnce(&[usize], &[f64]) -> DMatrix<f64>,
+) -> Vec<f64> {
+    let size = hessian.nrows();
+    let live: Vec<usize> = (0..size).filter(|index| hessian[(*index, *index)] > 0.0).collect();
     let mut errors = vec![f64::INFINITY; size];
-    let scale: Vec<f64> = live.iter().map(|index| normal.hessian[(*index, *index)].sqrt()).collect();
+    let scale: Vec<f64> = live.iter().map(|index| hessian[(*index, *index)].sqrt()).collect();
     let matrix = DMatrix::from_fn(live.len(), live.len(), |row, column| {
-        normal.hessian[(live[row], live[column])] / (scale[row] * scale[column])
+        hessian[(live[row], live[column])] / (scale[row] * scale[column])
     });
     let Some(inverse) = matrix.cholesky().map(|cholesky| cholesky.inverse()) else { return errors };
     let used = residuals.iter().filter(|value| **value != 0.0).count();
-    let spent = live.len() + units.len() * normal.slopes.local_columns.len();
-    let variance = sum_of_squares(residuals) / used.saturating_sub(spent).max(1) as f64;
-    let mut meat = DMatrix::zeros(live.len(), live.len());
-    let columns: Vec<&[f64]> = live.iter().map(|index| normal.slopes.columns[*index].as_slice()).collect();
-    let kept = rows.map_or(units, MeasuredRows::units);
-    for (units, kept) in chunks(units, residuals.len()).zip(chunks(kept, residuals.len())) {
-        let bare = bare(&columns, &normal.slopes.local_columns, kept);
-        let start = kept.first().map_or(0, |first| first.start);
-        for cluster in clusters(units, len) {
-            let cluster = rows.map_or(cluster.clone(), |rows| rows.within(&cluster));
-            let score = DVector::from_fn(live.len(), |row, _| {
-                let within = cluster.start - start..cluster.end - start;
-                dot(&bare[row][within], &residuals[cluster.clone()]) / scale[row]
-            });
-            meat += &score * score.transpose();
-        }
-    }
-    let robust = &inverse * meat * &inverse;
+    let variance = sum_of_squares(residuals) / used.saturating_sub(live.len() + locals).max(1) as f64;
+    let robust = &inverse * squared_scores(&live, &scale) * &inverse;
     for (row, index) in live.iter().enumerate() {
         errors[*index] =
             (variance * inverse[(row, row)]).max(robust[(row, row)]).max(0.0).sqrt() / scale[row];
@@ -252,10 +293,15 @@ pub(crate) fn standard_errors(
 
 /// Clusters of residuals that are as good as independent: units, or pieces of long ones.
 fn clusters(units: &[Range<usize>], len: usize) -> Vec<Range<usize>> {
-    let longest = (len / THRESHOLDS.clusters).max(1);
+    let longest = longest_cluster(len);
     let cut = |unit: &Range<usize>| {
         let end = unit.end;
         unit.clone().step_by(longest).map(move |from| from..(from + longest).min(end))
     };
     units.iter().flat_map(cut).collect()
+}
+
+/// Of residuals of this length.
+pub(crate) fn longest_cluster(len: usize) -> usize {
+    (len / THRESHOLDS.clusters).max(1)
 }

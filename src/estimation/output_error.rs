@@ -3,23 +3,21 @@
 //! A problem has global parameters, and local ones (initial states) of each unit (a stretch of a log between
 //! holes, a window). The local ones are eliminated unit by unit, so that a thousand windows cost no more than
 //! their simulation. Gauss-Newton steps with Levenberg-Marquardt damping; derivatives by differences of the
-//! same simulation that serves every other purpose.
+//! same simulation that serves every other purpose. Fits of very many short units keep no derivatives:
+//! [`unit_fit`](super::unit_fit).
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
-pub use super::fit_problem::{Fit, FitConfig, Free, OutputError};
+use super::fit_problem::LOCAL_STEP;
+pub use super::fit_problem::{Fit, FitConfig, Free, OutputError, UnitResiduals};
 pub use super::measured_rows::Residuals;
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
 use super::thresholds::THRESHOLDS;
+use super::unit_fit;
 use crate::cancel;
 use crate::threads::spread;
-
-/// Relative step of the difference quotients: half the digits of a double, rounded up for kinks in the laws.
-const DERIVATIVE_STEP: f64 = 1e-6;
 
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
@@ -27,7 +25,7 @@ pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, con
 }
 
 /// Fits a problem that starts where another one ended whose residuals have the same layout, with its `slopes`: those of residuals
-/// that do not count here are left out. Gives the slopes at the end, too.
+/// that do not count here are left out. Gives the slopes at the end, too, where they are kept: not of very many short units.
 pub fn fit_from(
     problem: &dyn OutputError,
     free: &[Free],
@@ -35,6 +33,9 @@ pub fn fit_from(
     config: &FitConfig,
     slopes: Option<&Slopes>,
 ) -> (Fit, Slopes) {
+    if let Some(fit) = unit_fit::fit(problem, free, locals, config) {
+        return (fit, Slopes::default());
+    }
     let mut search = Search::start(problem, free, locals);
     let mut damping = 1e-4;
     let (mut iterations, mut slow, mut on) = (0, 0, 0);
@@ -182,8 +183,7 @@ impl<'a> Search<'a> {
         cancel::check();
         let free = self.free[index];
         let held = self.globals[index];
-        let size = (DERIVATIVE_STEP * held.abs().max(free.scale)).max(f64::MIN_POSITIVE);
-        let step = if held + size > free.bounds.1 { -size } else { size };
+        let step = free.derivative_step(held);
         let mut globals = self.globals.clone();
         globals[index] = held + step;
         self.quotient(&globals, &self.locals, step)
@@ -193,7 +193,7 @@ impl<'a> Search<'a> {
     fn local_column(&self, index: usize) -> Vec<f64> {
         cancel::check();
         let count = self.problem.locals();
-        let step = 1e-3 * self.problem.local_scale(index);
+        let step = LOCAL_STEP * self.problem.local_scale(index);
         let mut moved = self.locals.clone();
         moved.iter_mut().skip(index).step_by(count.max(1)).for_each(|local| *local += step);
         self.quotient(&self.globals, &moved, step)
@@ -218,12 +218,11 @@ impl<'a> Search<'a> {
     }
 
     fn normal(&self, known: Option<Normal>) -> Normal {
-        let is_free = |free: &Free| free.bounds.0 < free.bounds.1;
         // Of what was known the columns by the globals make room for the new ones.
         let known = known.map(|known| (known.slopes.local_columns, known.slopes.taken_at));
         let known = known.filter(|(_, taken_at)| self.is_near(taken_at));
         let columns = self.columns(self.globals.len(), |index| {
-            if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
+            if self.free[index].is_free() { self.column(index) } else { vec![0.0; self.residuals.len()] }
         });
         let (local_columns, taken_at) = match known {
             Some(known) => known,
@@ -250,7 +249,7 @@ impl<'a> Search<'a> {
 
     /// Tries one step; `None` when the cost did not fall.
     fn step(&mut self, normal: &Normal, damping: f64) -> Option<AcceptedStep> {
-        let change = self.direction(normal, damping);
+        let change = normal.direction(self.free, &self.globals, damping);
         let globals: Vec<f64> = (0..self.globals.len())
             .map(|index| self.free[index].within(self.globals[index] + change[index]))
             .collect();
@@ -279,33 +278,6 @@ impl<'a> Search<'a> {
         std::mem::swap(&mut self.residuals, &mut self.scratch);
         (self.globals, self.locals, self.cost) = (globals, locals, cost);
         Some(step)
-    }
-
-    /// The damped Gauss-Newton step; parameters that stand at a bound and push against it stay.
-    fn direction(&self, normal: &Normal, damping: f64) -> Vec<f64> {
-        let size = self.globals.len();
-        let moves: Vec<usize> = (0..size)
-            .filter(|index| {
-                let (free, value) = (&self.free[*index], self.globals[*index]);
-                let down = normal.gradient[*index] > 0.0;
-                let at_bound = (down && value <= free.bounds.0) || (!down && value >= free.bounds.1);
-                !at_bound && normal.hessian[(*index, *index)] > 0.0
-            })
-            .collect();
-        let mut change = vec![0.0; size];
-        let scale: Vec<f64> = moves.iter().map(|index| normal.hessian[(*index, *index)].sqrt()).collect();
-        let matrix = DMatrix::from_fn(moves.len(), moves.len(), |row, column| {
-            let value = normal.hessian[(moves[row], moves[column])] / (scale[row] * scale[column]);
-            if row == column { value + damping } else { value }
-        });
-        let right = DVector::from_fn(moves.len(), |row, _| -normal.gradient[moves[row]] / scale[row]);
-        if let Some(cholesky) = matrix.cholesky() {
-            let solution = cholesky.solve(&right);
-            for (row, index) in moves.iter().enumerate() {
-                change[*index] = solution[row] / scale[row];
-            }
-        }
-        change
     }
 
     /// Locals that are best for the moved globals, to first order.

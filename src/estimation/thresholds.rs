@@ -31,6 +31,12 @@ crate::thresholds! {
     clusters: usize = 40, "count", "judgement";
     /// count: residuals from which on their derivatives are worth a thread each.
     parallel_residuals: usize = 50_000, "count", "judgement: a thread starts in a hundredth of their time";
+    /// count: residuals of short units up to which a fit keeps its derivatives. Those of more are made anew for each step, a few units at
+    /// a time.
+    kept_slopes: usize = 500_000, "count", "judgement (memory): each derivative takes 4 MB";
+    /// [variance of a residual] a step of such a fit that lowers the cost by what was foretold of it, but for so little, is the last one: what
+    /// is left is no more, a thirtieth of a standard error.
+    foretold: f64 = 1e-3, "variance", "judgement";
     /// [-] share of measured rows from which on all rows of a residual vector are kept.
     mostly_measured: f64 = 0.8, "-", "judgement (memory)";
     /// [-] share of the cost below which a step's fall is slow.
