@@ -19,6 +19,8 @@ pub mod thresholds;
 
 pub use error::ExperimentError;
 pub use limit::LimitError;
+#[doc(hidden)]
+pub use limit::LimitError as Refusal;
 
 /// What the command does over time.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
