@@ -140,7 +140,7 @@ impl Allocator {
         if effective > 0.0 { known.dead_zone + effective * (1.0 - known.dead_zone) } else { effective }
     }
 
-    /// [-] inverse of g(u) + c_0 + c_3 (u - u_0)³ + c_4 u⁴ + c_5 u⁵.
+    /// [-] inverse of g(u) + c_0 + c_3 (u - u_0)³ + a_3 u³ + a_4 u⁴ + a_5 u⁵.
     fn known_inverse(&self, steady_rate: f64) -> f64 {
         if !self.from_parabola {
             return self.bracketed_inverse(steady_rate);
@@ -148,7 +148,7 @@ impl Allocator {
         let known = &self.known;
         let target = steady_rate - known.steady_rate_offset;
         let mut u = self.plant.command_for(target);
-        if known.steady_rate_cubic != 0.0 {
+        if known.bends_curve() {
             // Newton, a fixed number of steps; `build` made sure that the curve rises from 0 to 1.
             for _ in 0..THRESHOLDS.newton_steps {
                 let (value, slope) = known.curve(&self.plant, u);

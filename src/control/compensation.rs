@@ -43,8 +43,8 @@ pub struct Compensation {
     pub steady_rate_cubic: f64,
     /// [-] u_0 of the cubic.
     pub cubic_center: f64,
-    /// [rad/s] c_4 and c_5 in g(u) + c_4 u⁴ + c_5 u⁵.
-    pub steady_rate_higher: [f64; 2],
+    /// [rad/s] what the curve itself has beyond its parabola: a_3, a_4 and a_5 in g(u) + a_3 u³ + a_4 u⁴ + a_5 u⁵.
+    pub steady_rate_higher: [f64; 3],
     /// The battery scales the command, z = g(u v_b / v_bmax), in place of z = g(u) - k_V (v_bmax - v_b).
     pub scales_with_battery: bool,
 }
@@ -65,7 +65,7 @@ impl Default for Compensation {
             steady_rate_offset: 0.0,
             steady_rate_cubic: 0.0,
             cubic_center: 0.0,
-            steady_rate_higher: [0.0; 2],
+            steady_rate_higher: [0.0; 3],
             scales_with_battery: false,
         }
     }
@@ -90,6 +90,7 @@ impl Compensation {
             ("cubic_center", self.cubic_center),
             ("steady_rate_higher", self.steady_rate_higher[0]),
             ("steady_rate_higher", self.steady_rate_higher[1]),
+            ("steady_rate_higher", self.steady_rate_higher[2]),
         ];
         for (name, value) in numbers {
             require_finite(name, value)?;
@@ -127,12 +128,12 @@ impl Compensation {
     /// Whether the static curve is more than a parabola.
     #[must_use]
     pub(super) fn bends_curve(&self) -> bool {
-        self.steady_rate_cubic != 0.0 || self.steady_rate_higher != [0.0; 2]
+        self.steady_rate_cubic != 0.0 || self.steady_rate_higher != [0.0; 3]
     }
 
     /// Whether the static curve of `plant` with these terms is inverted from its parabola on, by Newton's method alone.
     pub(super) fn follows_parabola(&self, plant: &PlantParameters) -> bool {
-        plant.parabola_rises() && self.steady_rate_higher == [0.0; 2]
+        plant.parabola_rises() && self.steady_rate_higher[1..] == [0.0; 2]
     }
 
     /// What is left of it for a controller that cancels nothing: the terms of a curve that is not inverted from its parabola on.
@@ -159,18 +160,20 @@ impl Compensation {
             - (self.viscous_friction + self.quadratic_drag * rate.abs()) * rate
     }
 
-    /// [rad/s] g(u) + c_0 + c_3 (u - u_0)³ + c_4 u⁴ + c_5 u⁵, and its slope.
+    /// [rad/s] g(u) + c_0 + c_3 (u - u_0)³ + a_3 u³ + a_4 u⁴ + a_5 u⁵, and its slope.
     pub(super) fn curve(&self, plant: &PlantParameters, u: f64) -> (f64, f64) {
         let away = u - self.cubic_center;
-        let [quartic, quintic] = self.steady_rate_higher;
+        let [cubic, quartic, quintic] = self.steady_rate_higher;
         let cube = u * u * u;
         let value = plant.steady_rate(u)
             + self.steady_rate_offset
             + self.steady_rate_cubic * away * away * away
+            + cubic * u * u * u
             + (quartic + quintic * u) * u * cube;
         let slope = 2.0 * plant.steady_rate_quadratic * u
             + plant.steady_rate_linear
             + 3.0 * self.steady_rate_cubic * away * away
+            + 3.0 * cubic * u * u
             + (4.0 * quartic + 5.0 * quintic * u) * cube;
         (value, slope)
     }

@@ -37,7 +37,6 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         full_voltage: actuator.full_voltage,
     };
     let nothing = Compensation::default();
-    let (own_cubic, added_cubic) = (curve(3), of(Site::SteadyRate, Term::Cubic));
     let compensation = Compensation {
         pendulum_moment: of(Site::Torque, Term::Pendulum),
         pendulum_offset: value(Site::Torque, Term::Pendulum, 1).unwrap_or(0.0),
@@ -50,10 +49,9 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         dead_zone: of(Site::Command, Term::DeadZone),
         command_limit: value(Site::Command, Term::Saturation, 0).unwrap_or(nothing.command_limit),
         steady_rate_offset: curve(0) + of(Site::SteadyRate, Term::Constant),
-        // One cubic can be cancelled: the curve's own about zero, or else the added one about hover.
-        steady_rate_cubic: if own_cubic == 0.0 { added_cubic } else { own_cubic },
-        cubic_center: if own_cubic == 0.0 { model.hover_command() } else { 0.0 },
-        steady_rate_higher: [curve(4), curve(5)],
+        steady_rate_cubic: of(Site::SteadyRate, Term::Cubic),
+        cubic_center: model.hover_command(),
+        steady_rate_higher: [curve(3), curve(4), curve(5)],
         scales_with_battery: model.term(Site::Command, Term::VoltageScaling).is_some(),
     };
     Allocator::build(&plant, &compensation)
