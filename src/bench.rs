@@ -93,6 +93,14 @@ pub enum BenchError {
         /// The file.
         path: PathBuf,
     },
+    /// No file of settings at all.
+    #[error(
+        "{} is a log, and a bench file is wanted here (`rotorbench check --template` writes one); logs go to `--log`", path.display()
+    )]
+    IsLog {
+        /// The file.
+        path: PathBuf,
+    },
     /// The period cannot be kept, or is no number.
     #[error("period_s: {} is outside {SHORTEST_PERIOD_S}..{LONGEST_PERIOD_S} s", crate::unit::short(*period_s))]
     Period {
@@ -140,11 +148,13 @@ impl BenchConfig {
     /// [`BenchError`] with the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let config: Self = toml::from_str(text).map_err(|error| {
-            if settings_kind(text) == Some(SettingsKind::Model) {
-                return BenchError::IsModel { path: path.to_owned() };
-            }
+            let path = path.to_owned();
             let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
-            BenchError::Parse { path: path.to_owned(), line, column, reason: toml_reason(text, &error) }
+            match settings_kind(text) {
+                Some(SettingsKind::Model) => BenchError::IsModel { path },
+                Some(SettingsKind::Log) => BenchError::IsLog { path },
+                _ => BenchError::Parse { path, line, column, reason: toml_reason(text, &error) },
+            }
         })?;
         config.check()?;
         Ok(config)
@@ -261,6 +271,13 @@ mod tests {
         let model = crate::model::Model::paper().emit().expect("written");
         let said = refused(&model);
         assert!(said.starts_with("bench.toml is a model, and a bench file is wanted here"), "{said}");
+    }
+
+    #[test]
+    fn a_log_is_called_one() {
+        let said = refused("time_s,command_1\n0,0.5\n");
+        assert!(said.starts_with("bench.toml is a log, and a bench file is wanted here"), "{said}");
+        assert!(refused("period_s = 0,02").contains("decimal comma"), "a comma alone makes no log");
     }
 
     #[test]

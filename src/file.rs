@@ -52,16 +52,19 @@ fn decimal_comma(text: &str, at: usize) -> Option<String> {
     (digits(unsigned) && digits(fraction)).then(|| format!("{whole}.{fraction}"))
 }
 
-/// Which file of settings a text is.
+/// Which file a text is that is read for a bench file or a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SettingsKind {
     /// A bench file.
     Bench,
     /// A model.
     Model,
+    /// No settings: rows of columns, as a log has.
+    Log,
 }
 
-/// Which of the two a TOML is, by the tables at its top that only one of them has; `None` = no telling.
+/// Which of them a text is: a TOML by the tables at its top that only one kind has, a log by the columns of its first line; `None` = no
+/// telling.
 #[must_use]
 pub fn settings_kind(text: &str) -> Option<SettingsKind> {
     const BENCH: [&str; 9] = [
@@ -76,7 +79,10 @@ pub fn settings_kind(text: &str) -> Option<SettingsKind> {
         "emulator",
     ];
     const MODEL: [&str; 2] = ["actuator", "body"];
-    let table: toml::Table = text.parse().ok()?;
+    let Ok(table) = text.parse::<toml::Table>() else {
+        let line = text.lines().next().unwrap_or_default();
+        return (line.contains([',', ';', '\t']) && !line.contains('=')).then_some(SettingsKind::Log);
+    };
     let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
     match (has(&BENCH), has(&MODEL)) {
         (true, false) => Some(SettingsKind::Bench),

@@ -13,9 +13,10 @@ use crate::file::write_atomically;
 use crate::log::Notes;
 use crate::log::can_capture::CaptureNotes;
 use crate::report::findings::sentences;
+use crate::report::shell::quoted;
 use crate::report::{guess, import};
 use crate::screening::summary::LogSummary;
-use crate::session::{self, GuessedLog, Job, Opened};
+use crate::session::{self, GuessedLog, Job, OpenConfig, Opened};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -83,7 +84,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.write_mapping.is_some() || !arguments.column.is_empty() {
         return Err(UsageError::NothingGuessed { log: arguments.log.clone() }.into());
     }
-    let config = arguments.logs.open_config();
+    let config = OpenConfig { leaves_out: true, ..arguments.logs.open_config() };
     let model = session::open_model(&arguments.model)?;
     let (opened, findings) = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
@@ -149,7 +150,7 @@ fn show_guess(arguments: &Arguments, guessed: &GuessedLog) -> CliResult {
     print!("{}", guess::text(guessed));
     match &arguments.write_mapping {
         Some(path) => println!("written: {}", path.display()),
-        None => print!("{}", guess::next_step(&log)),
+        None => print!("{}", guess::next_step(&quoted(&log))),
     }
     Ok(Outcome::Done)
 }

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use crate::compare::CompareConfig;
+use crate::report::shell::quoted;
 use crate::session::OpenConfig;
 
 /// Options of logs.
@@ -48,6 +49,7 @@ impl LogArguments {
             from_s: self.from_s,
             to_s: self.to_s,
             rotors: self.rotors.clone(),
+            leaves_out: false,
         }
     }
 
@@ -78,7 +80,7 @@ impl LogArguments {
             ("config", self.config.as_ref().map(|path| path.display().to_string())),
             ("interface", self.interface.clone()),
         ];
-        let given = options.into_iter().filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+        let given = options.into_iter().filter_map(|(name, value)| Some(format!(" --{name} {}", quoted(&value?))));
         given.collect()
     }
 

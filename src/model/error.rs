@@ -33,6 +33,14 @@ pub enum ModelError {
         /// The file.
         path: PathBuf,
     },
+    /// No model at all.
+    #[error(
+        "{path} is a log, and a model is wanted here: `paper`, or what `identify -o` wrote; logs go to `--log` and `--validate`"
+    )]
+    IsLog {
+        /// The file.
+        path: PathBuf,
+    },
     /// It names an effect that does not exist.
     #[error("unknown effect `{id}`{}", nearest.as_ref().map_or_else(|| "; `rotorbench effects` lists those there are".to_owned(), |id| format!("; did you mean `{id}`?")))]
     UnknownEffect {

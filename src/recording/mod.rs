@@ -56,7 +56,7 @@ pub enum RecordError {
         source: io::Error,
     },
     /// The file is no recording of ours.
-    #[error("{path}: not a recording: {reason}")]
+    #[error("{path}: not a recording: {reason}; one is made by `record`, or by `--record` of `run` (MCAP)")]
     Foreign {
         /// The file.
         path: PathBuf,

@@ -93,7 +93,7 @@ fn without_command(guessed: &GuessedLog) -> String {
 pub fn next_step(log: &str) -> String {
     format!(
         "A guess, on which nothing is read or fitted. Look at it, then\n  \
-         rotorbench import {log} --write-mapping mapping.toml     (mend the file where the guess is wrong)\n  \
+         rotorbench import {log} --write-mapping mapping.toml     (where the guess is wrong: --column 'NAME=SIGNAL:UNIT', or mend the file)\n  \
          rotorbench import {log} --mapping mapping.toml           (--mapping holds for every command that reads logs)\n"
     )
 }

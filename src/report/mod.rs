@@ -86,6 +86,7 @@ pub mod replay;
 pub mod rotors;
 pub mod run_summary;
 mod runs;
+pub mod shell;
 pub mod story;
 mod table;
 pub mod thresholds;

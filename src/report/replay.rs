@@ -11,7 +11,9 @@ pub fn text(
     cut_off: Option<&str>,
 ) -> String {
     let mut text = verdict(controller, "controller", "step") + &verdict(guard, "guard", "period");
-    text += &format!("guard: {equal_events} events equal\n");
+    if guard.starts > 0 {
+        text += &format!("guard: {equal_events} events equal\n");
+    }
     if lost > 0 {
         text += &format!("the recorder lost {lost} records\n");
     }
@@ -22,6 +24,13 @@ pub fn text(
 }
 
 fn verdict(verdict: &ReplayResult, who: &str, step: &str) -> String {
+    if verdict.starts == 0 && verdict.unknown > 0 {
+        return format!(
+            "{who}: not replayed: none of its {} {step}s follows a start of it in the recording, and in which state it was is \
+             not known; begin to record before it starts\n",
+            verdict.unknown
+        );
+    }
     let mut text = format!("{who}: {} {step}s equal, bit for bit\n", verdict.equal);
     if verdict.unknown > 0 {
         text += &format!(
@@ -40,4 +49,22 @@ fn verdict(verdict: &ReplayResult, who: &str, step: &str) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_begun_late_is_not_called_equal() {
+        let late = ReplayResult { unknown: 304, ..ReplayResult::default() };
+        let whole = ReplayResult { equal: 500, starts: 1, ..ReplayResult::default() };
+        let said = text([&late, &late], (0, 0), None);
+        assert!(said.starts_with("controller: not replayed: none of its 304 steps follows a start"), "{said}");
+        assert!(!said.contains("equal"), "{said}");
+        assert!(text([&late, &whole], (3, 0), None).ends_with("guard: 3 events equal\n"));
+        // One that has stopped and begun again is replayed from there.
+        let again = ReplayResult { unknown: 4, ..whole };
+        assert!(text([&again, &again], (0, 0), None).contains("controller: 4 steps cannot be replayed"));
+    }
 }

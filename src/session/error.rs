@@ -31,6 +31,9 @@ pub enum ChoiceError {
         /// The rotors that are there.
         present: Vec<usize>,
     },
+    /// The name of the built-in model in the place of a log.
+    #[error("`paper` is the model that is built in, and a log is wanted here; models go to `--model`")]
+    Paper,
     /// No row between two times.
     #[error("{log}: no row from {from} s to {to} s; it goes from {start} s to {end} s")]
     Span {

@@ -11,10 +11,11 @@ use crate::bench::BenchConfig;
 use crate::can::protocol;
 use crate::identify;
 use crate::log::can_capture::CaptureNotes;
+use crate::log::csv::LogError;
 use crate::log::format::{FormatError, LogFormat, ReadRequest, START, Start};
 use crate::log::formats::{FORMATS, readable};
 use crate::log::signals::{of_rotor, rotor_of};
-use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
+use crate::log::{Dataset, DatasetError, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
@@ -46,6 +47,8 @@ pub struct OpenConfig {
     pub to_s: Option<f64>,
     /// Only these rotors, from 1; the first becomes rotor 1 of the log, and so on. Empty = all, as they are.
     pub rotors: Vec<usize>,
+    /// Whether rows of a log in our format are left out whose time is empty or goes back, and counted; else such a log is refused.
+    pub leaves_out: bool,
 }
 
 /// A log, judged, and what reading it left out.
@@ -92,6 +95,9 @@ fn opened(
 ) -> Result<Opened, SessionError> {
     job.run(|| {
         let (path, part) = addressed(path);
+        if path.as_os_str() == "paper" && !path.exists() {
+            return Err(ChoiceError::Paper.into());
+        }
         let Read { log, format, notes, frames } =
             read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() }, mapping)?;
         if log.is_empty() {
@@ -225,8 +231,30 @@ fn read(path: &Path, config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<R
             let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
-        _ => Ok(plain(csv::read(path)?, "CSV")),
+        _ => ours(path, &start, config),
     }
+}
+
+/// A log in our format; where that is asked for without the rows that cannot be put in time.
+fn ours(path: &Path, start: &Start, config: &OpenConfig) -> Result<Read, SessionError> {
+    match csv::read(path) {
+        Err(LogError::RowWithoutTime { .. } | LogError::Dataset(DatasetError::Time { .. }))
+            // Of a header that goes on behind what was read, not all names are known.
+            if config.leaves_out && start.bytes.contains(&b'\n') =>
+        {
+            let mapping = Mapping::ours(header(start).iter().map(String::as_str));
+            let (log, notes) = mapped::read(path, &mapping, config.part)?;
+            Ok(Read { notes, ..plain(log, "CSV") })
+        }
+        read => Ok(plain(read?, "CSV")),
+    }
+}
+
+/// The names in the first line of a text.
+fn header(start: &Start) -> Vec<String> {
+    let line = start.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let line = String::from_utf8_lossy(line);
+    line.trim_start_matches('\u{feff}').split(',').map(|name| name.trim().to_owned()).collect()
 }
 
 /// What the user says of foreign columns.
@@ -267,9 +295,7 @@ fn tabular(
 
 /// Whether a text begins with a header of ours: a mapping for other logs is not for it.
 pub(super) fn is_ours(start: &Start) -> bool {
-    let line = start.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let line = String::from_utf8_lossy(line);
-    line.trim_start_matches('\u{feff}').split(',').any(|name| name.trim() == columns::TIME)
+    header(start).iter().any(|name| name == columns::TIME)
 }
 
 /// Whether a text begins with a header that has all columns of a mapping: what the user said of it holds, whatever it is named like.

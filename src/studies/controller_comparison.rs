@@ -10,6 +10,7 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::code;
 use crate::emulate::Impulse;
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
 use crate::recording::{RecordError, RecordedItem, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
 use crate::screening::Finding;
@@ -37,6 +38,20 @@ pub enum RunComparisonError {
     NotStruck {
         /// The file.
         path: PathBuf,
+    },
+    /// Its angle does not show that anything struck it.
+    #[error(
+        "{}: nothing says that the body was struck in this run, and its angle does not show it: {largest_rad:.1e} rad at most, where \
+         {usual_rad:.1e} rad (rms) are usual; say when, with --impulse AT:DURATION:TORQUE",
+        path.display()
+    )]
+    NoStrikeShows {
+        /// The file.
+        path: PathBuf,
+        /// [rad] the largest angle, less its reference.
+        largest_rad: f64,
+        /// [rad] the rms of a noise with the median of the angle's size before that.
+        usual_rad: f64,
     },
     /// It ends too early.
     #[error("{}: struck at {struck_s:.2} s, but the run lasts from {from_s:.2} to {to_s:.2} s only", path.display())]
@@ -198,6 +213,9 @@ impl RawRun {
         if run.struck_from == StruckFrom::Angle && run.was_left_alone() {
             return Err(RunComparisonError::NotStruck { path: run.path });
         }
+        if let Some((largest_rad, usual_rad)) = run.nothing_stands_out() {
+            return Err(RunComparisonError::NoStrikeShows { path: run.path, largest_rad, usual_rad });
+        }
         let (from_s, to_s) = run.span();
         let struck_s = run.strikes.first().copied().unwrap_or(f64::NAN);
         if struck_s < from_s || run.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s) {
@@ -306,6 +324,21 @@ impl RawRun {
             .rev()
             .find(|moment| moment.angle.abs() < THRESHOLDS.unmoved_share * peak)
             .map_or(0.0, |moment| moment.time)
+    }
+
+    /// [rad] the largest angle and the usual one before it, where the moment of the impulse is taken from the angle and the one is too
+    /// like the other. `None` where it stands out, or too little lies before it to tell.
+    fn nothing_stands_out(&self) -> Option<(f64, f64)> {
+        let struck_s = self.strikes.first().filter(|_| self.struck_from == StruckFrom::Angle)?;
+        if struck_s - self.span().0 < THRESHOLDS.shortest_answer_s {
+            return None;
+        }
+        let size = |moment: &Moment| moment.angle.abs();
+        let largest = self.moments.iter().map(size).fold(0.0, f64::max);
+        // The median, since a body may swing when the rotors start.
+        let before = self.moments.iter().take_while(|moment| moment.time < *struck_s);
+        let usual = median(before.map(size))? / MEDIAN_OF_NORMAL;
+        (largest < THRESHOLDS.strike_over_usual * usual).then_some((largest, usual))
     }
 
     fn know_the_disturbance(&mut self) {

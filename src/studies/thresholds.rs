@@ -3,6 +3,9 @@
 crate::thresholds! {
     /// [-] share of the largest angle below which a run has not been struck yet
     unmoved_share: f64 = 0.05, "-", "judgement";
+    /// [-] how far the largest angle has to stand over the usual one (rms) for an impulse to be seen in it; raised, weak impulses are
+    /// not seen, lowered, noise is taken for one
+    strike_over_usual: f64 = 6.0, "-", "the largest of a million values of normal noise is 5 rms";
     /// [s] shortest stretch behind an impulse that says anything; impulses closer than that are one
     shortest_answer_s: f64 = 0.5, "s", "judgement";
     /// [-] share of the peak within which the angle counts as settled, and beyond which it counts as a swing

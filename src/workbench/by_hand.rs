@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::ActError;
 use super::desk::{Desk, DeskLog, LogUse};
+pub(super) use crate::report::shell::quoted;
 
 /// A command of these words, as it is typed into a shell.
 pub(super) fn command(words: &[String]) -> String {
@@ -131,30 +132,5 @@ pub(super) fn check_together(desk: &Desk) -> Result<(), ActError> {
     match fitted().filter(takes).find(|log| log.mapping != first.mapping) {
         Some(other) => Err(ActError::Mappings(first.typed.clone(), other.typed.clone())),
         None => Ok(()),
-    }
-}
-
-/// A word as a shell takes it for one.
-pub(super) fn quoted(word: &str) -> String {
-    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:=,+@%".contains(letter);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_name_stays_one_word_in_a_shell() {
-        let words = ["plain-1.csv", "a b.csv", "it's.csv", "<img>.csv", "$(x).csv", ""];
-        let shown = words.map(quoted);
-        assert_eq!(shown, ["plain-1.csv", "'a b.csv'", "'it'\\''s.csv'", "'<img>.csv'", "'$(x).csv'", "''"]);
-        for (word, shown) in words.iter().zip(&shown) {
-            let said = std::process::Command::new("sh").args(["-c", &format!("printf %s {shown}")]).output();
-            assert_eq!(String::from_utf8_lossy(&said.expect("a shell").stdout), *word);
-        }
     }
 }
