@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
-use super::output::{AnswerArguments, writable};
+use super::output::{AnswerArguments, NotesArgument, writable};
 use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
@@ -12,6 +12,7 @@ use crate::compare::CompareConfig;
 use crate::emulate::Impulse;
 use crate::report::comparison;
 use crate::report::json;
+use crate::report::shell::quoted;
 use crate::session::{self, Job};
 
 /// Arguments of `compare`.
@@ -35,6 +36,8 @@ pub struct Arguments {
     /// Horizon of the windows over which the body runs freely [s]
     #[arg(value_parser = super::log_arguments::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
     horizon_s: f64,
+    #[command(flatten)]
+    notes: NotesArgument,
     #[command(flatten)]
     answer: AnswerArguments,
     /// Write measured, modelled and unknown signals as columns beside the log's own (CSV; one log, last model)
@@ -78,10 +81,18 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let comparisons = found.iter().flatten().map(json::comparison).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
-        print!("{}", comparison::text(&found, &logs));
+        print!("{}", comparison::text(&found, &logs, arguments.notes.detail(), &ask_what_is_missing(arguments)));
     }
     let adequate = found.iter().all(|models| models.iter().any(|comparison| comparison.is_adequate()));
     Ok(if adequate { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+/// The command that goes on from here, of the last model.
+fn ask_what_is_missing(arguments: &Arguments) -> String {
+    let names = arguments.log.iter().map(|path| quoted(&path.display().to_string()));
+    let model = arguments.model.last().map_or_else(String::new, |path| quoted(&path.display().to_string()));
+    let logs = names.collect::<Vec<_>>().join(" ");
+    format!("rotorbench diagnose --model {model} --log {logs}{}", arguments.logs.as_typed())
 }
 
 /// Controllers side by side: there is nothing to be found wanting.

@@ -11,6 +11,7 @@ use crate::cancel::Cancel;
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::model::Model;
 use crate::report::next_steps::{NextStep, Typed};
+use crate::report::shell::quoted;
 use crate::report::{self, json, rotors};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
@@ -57,7 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             if arguments.answer.json {
                 println!("{}", json::answer(&json::diagnosis(diagnosis)?)?);
             } else {
-                print!("{}", report::story::diagnosis(diagnosis, next));
+                print!("{}", report::story::diagnosis(diagnosis, next, arguments.search.notes.detail()));
             }
             diagnosis.verdict
         }
@@ -66,7 +67,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
                 println!("{}", json::answer(&rotors::diagnoses_json(found)?)?);
             } else {
                 let whole = whole_story(search, found);
-                print!("{}", rotors::diagnoses(found, &extensions(search, found), &whole));
+                print!("{}", rotors::diagnoses(found, &extensions(search, found), &whole, arguments.search.notes.detail()));
             }
             found.verdict
         }
@@ -97,12 +98,12 @@ fn each_rotor(
 }
 
 fn named(paths: &[PathBuf]) -> Vec<String> {
-    paths.iter().map(|path| path.display().to_string()).collect()
+    paths.iter().map(|path| quoted(&path.display().to_string())).collect()
 }
 
 /// What to do next.
 fn next_steps(search: &SearchArguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
-    let model = search.model.display().to_string();
+    let model = quoted(&search.model.display().to_string());
     let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
     report::next_steps::next_steps(diagnosis, &model, logs, &search.as_typed())
 }
@@ -110,7 +111,8 @@ fn next_steps(search: &SearchArguments, diagnosis: &Diagnosis) -> Vec<NextStep> 
 /// The command that takes over what was found of each rotor, as far as there is one.
 fn extensions(search: &SearchArguments, found: &RotorDiagnoses) -> Vec<String> {
     let own = found.rotors.iter().filter_map(|of| {
-        let (model, options) = (search.model.display().to_string(), search.as_typed_of_rotor(of.rotor));
+        let model = quoted(&search.model.display().to_string());
+        let options = search.as_typed_of_rotor(of.rotor);
         let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
         let steps = report::next_steps::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
         steps.into_iter().find_map(|step| step.command)
@@ -126,7 +128,7 @@ fn whole_story(search: &SearchArguments, found: &RotorDiagnoses) -> String {
     let Typed { logs, windows } = search.as_typed_of_rotor(rotor);
     format!(
         "rotorbench diagnose --model {} --log {}{logs}{held_out}{windows}",
-        search.model.display(),
+        quoted(&search.model.display().to_string()),
         named(&search.log).join(" ")
     )
 }

@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.answer.json {
         println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
     } else {
-        print!("{}", report::discovery::text(&found));
+        print!("{}", report::discovery::text(&found, arguments.search.notes.detail()));
         if let Some(path) = &arguments.output {
             println!("{}", report::discovery::written(law_file.is_some(), path));
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::log_arguments::LogArguments;
-use super::output::{AnswerArguments, writable};
+use super::output::{AnswerArguments, NotesArgument, writable};
 use super::usage_error::UsageError;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
@@ -15,6 +15,7 @@ use crate::diagnose::diagnosis::ErrorSummary;
 use crate::diagnose::{DiagnoseConfig, DiagnoseError};
 use crate::model::Model;
 use crate::report::findings::sentences;
+use crate::report::notes;
 use crate::report::{self, Page, json};
 use crate::screening::Finding;
 use crate::session::{self, Extended, Job, SessionError};
@@ -48,6 +49,8 @@ pub struct Arguments {
     /// Model file to write
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    notes: NotesArgument,
     #[command(flatten)]
     answer: AnswerArguments,
 }
@@ -94,7 +97,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (extended, page) = match cancellable(|cancel| work(&model, arguments, cancel))? {
         Work::Done(extended, page) => (extended, page),
         Work::NothingToChange { error, is_at_floor, findings } => {
-            return nothing_to_change(&model, (&error, is_at_floor), findings, arguments.answer.json);
+            return nothing_to_change(&model, (&error, is_at_floor), findings, arguments);
         }
     };
     let Extended { extension, findings, has_fallen } = &*extended;
@@ -114,7 +117,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::extension(extension, &arguments.effect));
-        warnings.iter().for_each(|warning| println!("Note: {warning}"));
+        print!("{}", notes::lines(&notes::of_all(findings), "Note: ", arguments.notes.detail()));
         println!("written: {}", arguments.output.display());
     }
     Ok(if *has_fallen { Outcome::Done } else { Outcome::FoundWanting })
@@ -133,16 +136,16 @@ fn nothing_to_change(
     model: &Model,
     (error, is_at_floor): (&ErrorSummary, bool),
     mut findings: Vec<Finding>,
-    json: bool,
+    arguments: &Arguments,
 ) -> CliResult {
     findings.insert(0, Finding::new("nothing_to_change", ""));
     let warnings = sentences(&findings);
-    if json {
+    if arguments.answer.json {
         let answer = ExtendAnswer { added: &[], error, model, warnings: &warnings, findings: &findings };
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::nothing_to_change(&findings[0], error));
-        warnings[1..].iter().for_each(|warning| println!("Note: {warning}"));
+        print!("{}", notes::lines(&notes::of_all(&findings[1..]), "Note: ", arguments.notes.detail()));
     }
     Ok(if is_at_floor { Outcome::Done } else { Outcome::FoundWanting })
 }

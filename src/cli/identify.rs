@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::log_arguments::LogArguments;
-use super::output::{AnswerArguments, writable};
+use super::output::{AnswerArguments, NotesArgument, writable};
 use super::usage_error::UsageError;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
@@ -49,6 +49,8 @@ pub struct Arguments {
     #[arg(long, value_name = "W")]
     hover_rate: Option<f64>,
     #[command(flatten)]
+    notes: NotesArgument,
+    #[command(flatten)]
     answer: AnswerArguments,
 }
 
@@ -93,9 +95,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     for table in tables.into_iter().flatten() {
         println!("{}", table.text());
     }
-    for warning in found.warnings() {
-        println!("warning: {warning}");
-    }
+    print!("{}", found.note_lines(arguments.notes.detail()));
     Ok(outcome)
 }
 

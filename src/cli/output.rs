@@ -9,6 +9,7 @@ use super::CliError;
 use super::usage_error::UsageError;
 use crate::file::{check_place, is_there};
 use crate::report::json;
+use crate::report::notes::Detail;
 
 /// Prints what a command found: its answer as JSON, or its text, which ends its last line itself.
 pub(super) fn say<T: Serialize>(
@@ -30,6 +31,20 @@ pub struct Force {
     /// Replace files that are there already; without it they are refused
     #[arg(long)]
     force: bool,
+}
+
+/// How much of the notes about logs a command says.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct NotesArgument {
+    /// Say each note about each log, those of what was taken out of them, too
+    #[arg(long)]
+    notes: bool,
+}
+
+impl NotesArgument {
+    pub(super) fn detail(self) -> Detail {
+        if self.notes { Detail::Every } else { Detail::Short }
+    }
 }
 
 /// How a command answers that writes a page with the whole story, too.

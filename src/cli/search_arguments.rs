@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::CliError;
 use super::log_arguments::{LogArguments, horizon};
+use super::output::NotesArgument;
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
@@ -25,6 +26,8 @@ pub struct SearchArguments {
     pub(super) validate: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) logs: LogArguments,
+    #[command(flatten)]
+    pub(super) notes: NotesArgument,
     /// Windows over which the body runs freely [s]
     #[arg(value_parser = horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::diagnosis::{key_numbers, signals};
 use super::findings::sentence;
 use super::measure::measure;
+use super::notes::{self, Detail};
 use super::story::{error_table, errors, measured, wrapped};
 use super::verdict;
 use super::{Axis, Mark, Page, Plot, Series, TextTable, Tone, number};
@@ -152,9 +153,9 @@ pub fn beneath(found: &Discovery) -> Vec<String> {
     lines
 }
 
-/// The answer as text.
+/// The answer as text; `detail` says how much of the notes is said.
 #[must_use]
-pub fn text(found: &Discovery) -> String {
+pub fn text(found: &Discovery, detail: Detail) -> String {
     let mut out = wrapped("", &headline(found, ""));
     if let Some(expression) = &found.expression {
         let head = if found.verdict == LawVerdict::Law { "" } else { "nearest: " };
@@ -174,10 +175,7 @@ pub fn text(found: &Discovery) -> String {
     out.push('\n');
     out += &errors(&found.error);
     out += &places(found).map_or(String::new(), |table| format!("\n{}", table.text()));
-    for finding in &found.findings {
-        out += &wrapped("Note: ", &sentence(finding));
-    }
-    out
+    out + &notes::lines(&notes::of_all(&found.findings), "Note: ", detail)
 }
 
 /// Places that were looked at.

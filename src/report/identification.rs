@@ -10,6 +10,7 @@ use crate::effect::{self, Site, Term};
 use crate::identify::{DegreeScore, Estimate, Identification, IdentifiedBody, Validation};
 use crate::report::findings::{driven_by, outcome, sentence, step};
 use crate::report::json::with_sentences;
+use crate::report::notes::{self, Detail, Note};
 use crate::screening::{DrivenBy, Finding};
 
 /// Value and 95 % interval as cells of a row.
@@ -185,28 +186,38 @@ impl Identification {
         })
     }
 
-    /// What the reader must know, first what is said of the model, then of its logs.
-    #[must_use]
-    pub fn warnings(&self) -> Vec<String> {
+    /// What the reader must know, first what is said of the model, then of its logs; and of which rotor.
+    fn notes(&self) -> Vec<Note<'_>> {
         let (of_logs, of_model): (Vec<_>, Vec<_>) =
             self.findings.iter().partition(|finding| !finding.place().is_empty());
         // That the template's battery is another one is said where another voltage is taken as full.
         let takes_own = self.findings.iter().any(|it| it.code == "battery_above_full_voltage");
         let is_said = |finding: &&Finding| !(takes_own && finding.code == "battery_of_other_bench");
-        let of_all = of_model.into_iter().chain(of_logs).filter(is_said).map(sentence);
+        let of_all = notes::of_all(of_model.into_iter().chain(of_logs).filter(is_said));
         let of_rotors = self.rotors.iter().flat_map(|of| {
             let own = of.findings.iter().filter(|it| !self.findings.contains(it)).filter(is_said);
             own.map(|finding| {
-                let said = sentence(finding);
                 let rotor = format!("rotor {}", of.rotor);
-                if finding.is_of_rotor && finding.subject == rotor {
-                    said
-                } else {
-                    format!("{rotor}: {said}")
-                }
+                (if finding.is_of_rotor && finding.subject == rotor { String::new() } else { rotor }, finding)
             })
         });
-        of_all.chain(of_rotors).collect()
+        of_all.into_iter().chain(of_rotors).collect()
+    }
+
+    /// The same in sentences, each of each log.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let said = |(whose, finding): Note| {
+            let said = sentence(finding);
+            if whose.is_empty() { said } else { format!("{whose}: {said}") }
+        };
+        self.notes().into_iter().map(said).collect()
+    }
+
+    /// The same as lines of a terminal.
+    #[must_use]
+    pub fn note_lines(&self, detail: Detail) -> String {
+        notes::lines(&self.notes(), "Note: ", detail)
     }
 
     /// The answer of `--json`: with the sentences of its findings, and with what became of each step.

@@ -78,6 +78,7 @@ pub mod measure;
 pub mod monitor;
 pub mod next_steps;
 pub mod not_named;
+pub mod notes;
 mod page;
 pub mod paper;
 mod picture;

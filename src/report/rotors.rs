@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::findings::sentence;
+use super::notes::{self, Detail};
 use super::story::{effect_card, in_range, wrapped};
-use super::verdict::{beneath, notes, other_bench};
+use super::verdict::{self, beneath, other_bench};
 use super::{Mark, TextTable, json as answer, number};
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::estimation::moments::pooled_rms;
@@ -15,9 +15,9 @@ use crate::identify::{Identification, RotorModel, Validation};
 use crate::screening::Finding;
 
 /// What each rotor is missing, on one screen; `next` has the command that adds it to each rotor's model, in their order, and
-/// `whole` the one that tells the whole story of the first.
+/// `whole` the one that tells the whole story of the first; `detail` says how much of the notes is said.
 #[must_use]
-pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str) -> String {
+pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str, detail: Detail) -> String {
     let other_bench = found.rotors.iter().map(|of| other_bench(&of.diagnosis)).find(|said| !said.is_empty());
     let mut out = wrapped("", &(other_bench.unwrap_or_default().to_owned() + &in_common(found)));
     for id in &found.effects {
@@ -42,15 +42,15 @@ pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str) -> String
         let _ = writeln!(out, "  {command}");
     }
     let _ = writeln!(out, "The whole story of a rotor:\n  {whole}");
-    for (finding, rotors) in said_once(found) {
+    let whose = |(finding, rotors): (_, Vec<usize>)| {
         let whose = if rotors.len() == found.rotors.len() || rotors.is_empty() {
             String::new()
         } else {
-            format!("rotor {}: ", rotors.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))
+            format!("rotor {}", rotors.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))
         };
-        out += &wrapped("Note: ", &(whose + &sentence(finding)));
-    }
-    out
+        (whose, finding)
+    };
+    out + &notes::lines(&said_once(found).into_iter().map(whose).collect::<Vec<_>>(), "Note: ", detail)
 }
 
 /// What the rotors have in common, in a sentence.
@@ -104,7 +104,7 @@ fn table(found: &RotorDiagnoses) -> TextTable {
 fn said_once(found: &RotorDiagnoses) -> Vec<(&Finding, Vec<usize>)> {
     let mut said: Vec<(&Finding, Vec<usize>)> = Vec::new();
     for of in &found.rotors {
-        for finding in notes(&of.diagnosis) {
+        for finding in verdict::notes(&of.diagnosis) {
             match said.iter_mut().find(|(other, _)| *other == finding) {
                 Some((_, rotors)) => rotors.push(of.rotor),
                 None => said.push((finding, vec![of.rotor])),

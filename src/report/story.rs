@@ -15,6 +15,7 @@ use crate::report::found_parameters::found_parameters;
 use crate::report::measure::measure;
 use crate::report::next_steps::NextStep;
 use crate::report::not_named;
+use crate::report::notes::{self, Detail};
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict;
 use crate::screening::Finding;
@@ -207,9 +208,9 @@ fn by_reason<'a>(first: &str, effects: impl Iterator<Item = (&'a str, String)>) 
     reasons.into_iter().map(line).collect()
 }
 
-/// A diagnosis; `next` says what to do.
+/// A diagnosis; `next` says what to do, `detail` how much of the notes is said.
 #[must_use]
-pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep]) -> String {
+pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep], detail: Detail) -> String {
     let mut out = wrapped("", &verdict::sentence(diagnosis, "").replace('`', ""));
     for said in verdict::beneath(diagnosis, "") {
         out += &wrapped("", &said);
@@ -240,10 +241,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep]) -> String {
             None => out += &wrapped("Next: ", &step.words.replace('`', "")),
         }
     }
-    for warning in verdict::notes(diagnosis) {
-        out += &wrapped("Note: ", &sentence(warning));
-    }
-    out
+    out + &notes::lines(&notes::of_all(verdict::notes(diagnosis)), "Note: ", detail)
 }
 
 /// The blocks in which the model fails. Of one alone it goes without saying that all of the error is in it.

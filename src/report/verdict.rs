@@ -144,7 +144,16 @@ fn capitalised(sentence: &str) -> String {
 /// Findings that are not said at the top already.
 pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
     let at_the_top = [ONE_DIRECTION, FITTED_AND_VALIDATED];
-    diagnosis.findings.iter().filter(move |finding| !at_the_top.contains(&finding.code))
+    // How far above its noise the error stays is in the answer that names a part, for the channel that it speaks of.
+    let is_partial = diagnosis.verdict == Verdict::Unknown && !diagnosis.effects.is_empty();
+    let is_said = move |finding: &Finding| {
+        let rest = diagnosis.error.channel.strip_prefix(finding.subject.as_str());
+        finding.code == "error_above_floor" && is_partial && rest.is_some_and(|rest| rest.starts_with(" ["))
+    };
+    diagnosis
+        .findings
+        .iter()
+        .filter(move |finding| !at_the_top.contains(&finding.code) && !is_said(finding))
 }
 
 /// What the standard errors of an answer rest on, where they do.

@@ -8,7 +8,8 @@ use rotorbench::guard::GuardConfig;
 use rotorbench::log::LOG_SIGNALS;
 use rotorbench::signal::{After, Sensor};
 use rotorbench::unit::UNITS;
-use rotorbench::{can, diagnose, fleet, identify, screening, session, studies};
+use rotorbench::estimation::quantile::MEDIAN_OF_NORMAL;
+use rotorbench::{can, control, diagnose, fleet, identify, screening, session, studies};
 
 use super::{pages, root};
 
@@ -76,8 +77,8 @@ fn what_diagnose_decides_by_is_what_its_pages_say() {
                 word(it.identifiable)
             ),
             format!("in fewer than 1 of {} tries", (1.0 / it.significance_level).round()),
-            format!("a large one (above {})", it.significance_level),
-            format!("{} times, everything fitted again", it.battery_surrogates),
+            format!("with a large p-value (above {})", it.significance_level),
+            format!("is shifted, {} times, and each time everything is fitted again", it.battery_surrogates),
             format!("further apart than {} time constants", SCREENING.seldom_readings),
             verdict("; "),
             format!("explain {} % of what the refitted model leaves", percent(it.explained)),
@@ -165,6 +166,14 @@ fn what_a_fleet_and_a_bus_are_judged_by_is_what_their_pages_say() {
             format!("more than {} robust standard deviations", word(it.unlike_deviations)),
             format!("more than {} % away from the median", percent(it.least_deviation_share)),
         ],
+    );
+    let deviation = (100.0 / MEDIAN_OF_NORMAL).round() / 100.0;
+    holds("docs/guide/fleet.md", &[format!("({deviation} × the median deviation)")]);
+    let design = control::thresholds::THRESHOLDS;
+    let (nervous, calm) = (design.nervous_peak, design.calm_peak);
+    holds(
+        "docs/guide/design.md",
+        &[format!("below a sensitivity peak of {nervous} first, then bandwidth while the peak stays below {calm}")],
     );
     let bus = can::thresholds::THRESHOLDS;
     let (warned, refused) = (bus.warning_percent, bus.maximum_percent);

@@ -172,7 +172,8 @@ fn tutorial(page: &mut Page, folder: &Path) {
     let runs: BTreeSet<String> =
         (0..2).map(|at| rounded(numbers(said, "body.csv, rotor", at)[1], 2)).collect();
     page.holds(format!("The free runs of the rotors leave {} rad/s", Vec::from_iter(runs).join(" to ")));
-    let (_, errors) = said.split_once("goes with the body's angle shows (").expect("the warning");
+    let unbroken = words(said);
+    let (_, errors) = unbroken.split_once("goes with the body's angle shows (").expect("the note");
     let (errors, _) = errors.split_once(" standard").expect("its number");
     page.holds(format!("*a torque that goes with the body's angle shows ({errors} standard errors)*"));
 

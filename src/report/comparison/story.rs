@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use crate::compare::{Comparison, Direction, Regressor, RunMode, ScoredBlock};
-use crate::report::findings::{sentence, text as text_of};
+use crate::report::findings::text as text_of;
+use crate::report::notes::{Detail, lines, of_all};
 use crate::report::story::wrapped;
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::{Mark, TextTable, number, sparkline};
-use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
+use crate::screening::{Finding, ScreenedLog};
 use crate::signal::columns;
 
 /// How a block was run.
@@ -271,11 +272,16 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
 }
 
 /// What to know about a log, first what makes everything else worthless.
-pub(super) fn notes(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<String> {
+fn findings(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<Finding> {
     let mistaken = comparisons.first().map_or(&[][..], |first| &first.mistaken_columns);
     let found = LogSummary::of(log).findings;
-    let others = found.iter().filter(|finding| !mistaken.contains(finding));
-    mistaken.iter().map(sentence).chain(others.map(text_of)).collect()
+    let others = found.into_iter().filter(|finding| !mistaken.contains(finding));
+    mistaken.iter().cloned().chain(others).collect()
+}
+
+/// The same in sentences; whose log it is stands above them.
+pub(super) fn notes(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<String> {
+    findings(comparisons, log).iter().map(text_of).collect()
 }
 
 /// Where a model fails most; nothing in it where every block is at its floor, `None` where there is no block.
@@ -292,9 +298,9 @@ fn where_worst(comparison: &Comparison) -> Option<Option<String>> {
     Some(Some(out))
 }
 
-/// One screen.
+/// One screen; `detail` says how much of the notes is said, `next` is the command that looks for what is missing.
 #[must_use]
-pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> String {
+pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog], detail: Detail, next: &str) -> String {
     let mut out = String::new();
     for (comparisons, log) in found.iter().zip(logs) {
         // Writing to a `String` cannot fail.
@@ -310,16 +316,23 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> String {
                 |worst| format!("Largest over its noise with {models}:\n{worst}"),
             );
         }
-        for note in notes(comparisons, log) {
-            out += &wrapped("Note: ", &note);
-        }
         out.push('\n');
+    }
+    // Of one log it goes without saying whose they are.
+    let is_one = logs.len() == 1;
+    let of = |finding: Finding, log: &ScreenedLog| finding.of(if is_one { "" } else { log.source_name() });
+    let said = found.iter().zip(logs).flat_map(|(comparisons, log)| {
+        findings(comparisons, log).into_iter().map(move |finding| of(finding, log))
+    });
+    let said: Vec<Finding> = said.collect();
+    let said = lines(&of_all(&said), "Note: ", detail);
+    if !said.is_empty() {
+        out += &(said + "\n");
     }
     let wanting = found.iter().flatten().any(|comparison| !comparison.is_adequate());
     if wanting {
-        out.push_str(
-            "Which effect is missing: rotorbench diagnose --model MODEL --log LOG [--validate LOG2]\n",
-        );
+        // Writing to a `String` cannot fail.
+        let _ = writeln!(out, "Which effect is missing (--validate LOG names a log to judge it on):\n  {next}");
     }
     out
 }

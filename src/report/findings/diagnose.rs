@@ -1,14 +1,15 @@
 //! Sentences for what `diagnose` finds.
 
 use crate::screening::Finding;
-use crate::unit::short;
+use crate::unit::{short, with_error};
 
 /// The sentence of a finding of this room.
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
     let subject = &finding.subject;
     let sentence = match finding.code {
         "searched_on_stretches" => format!(
-            "a long log: what is missing was searched for on {} of its {} rows ({}), where most moves; the final fit, the errors of the              model and the standard errors are of all rows, those of single candidates are of the stretches",
+            "a long log: what is missing was searched for on {} of its {} rows ({}), where most moves; the final fit, the errors of the \
+             model and the standard errors are of all rows, those of single candidates are of the stretches",
             finding.count("rows_searched"),
             finding.count("rows_fitted"),
             stretches(finding)
@@ -23,8 +24,8 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "error_above_floor" => {
             format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
         }
-        "base_saw_held_out" => "the model's own numbers were identified from rows that are held out here: held-out errors with numbers \
-                                that stay are smaller than on rows nobody has seen; give another log as `--validate`"
+        "base_saw_held_out" => "the model was identified from rows that it is judged on here: where its own numbers stay, the held-out \
+                                error is smaller than on rows that nobody has fitted; give another log as `--validate`"
             .to_owned(),
         "parameter_at_bound" => format!(
             "{subject} stands at {}, the end of what it may be: the data would have it go further, so that this number is no \
@@ -32,9 +33,8 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             short(finding.number("value"))
         ),
         "parameter_not_known" => format!(
-            "{subject} = {} ± {}: these logs show that the effect is there, and not how large this number is",
-            short(finding.number("value")),
-            short(finding.number("standard_error"))
+            "{subject} = {}: these logs show that the effect is there, and not how large this number is",
+            with_error(finding.number("value"), finding.number("standard_error"))
         ),
         "slow_drift" => format!(
             "{:.0} % of what is left is a slow drift of the rates, {:+.2} rad/s each second, cause unknown: nothing in the \
