@@ -18,7 +18,7 @@ pub(super) fn of_diagnosis(it: &Diagnosis, next: &[NextStep]) -> Value {
     });
     json!({
         "verdict": it.verdict,
-        "sentence": verdict::sentence(it, ""),
+        "sentence": verdict::sentence(it, "").replace('`', ""),
         "is_of_other_bench": verdict::is_of_other_bench(it),
         "effects": it.effects,
         "alternatives": it.alternatives,
@@ -55,7 +55,7 @@ pub(super) fn of_law(it: &Discovery, by_hand: &str) -> Value {
     };
     json!({
         "verdict": it.verdict,
-        "sentence": discovery::headline(it, ""),
+        "sentence": discovery::headline(it, "").replace('`', ""),
         "beneath": discovery::beneath(it),
         "unit": it.error.unit,
         "found": found,

@@ -114,6 +114,9 @@ impl SearchTask {
 
     /// Searches, and tells `hear` of it.
     pub fn run(&self, begun: &Begun, hear: &(dyn Fn(Progress) + Sync)) -> Result<SearchFound, SessionError> {
+        // Stands for a mistake of the program's own, which no input may bring about.
+        #[cfg(test)]
+        assert_ne!(self.recipe.added, ["a mistake"], "made for a test");
         let job = Job::new(&begun.cancel, hear);
         let config = DiagnoseConfig::default();
         let own =

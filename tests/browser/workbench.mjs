@@ -310,6 +310,28 @@ async function cancelled() {
   await page.getByText(/^Cancelled after/).waitFor();
 }
 
+async function broken() {
+  step("a search that ended by a mistake of the program is said, and can be asked again");
+  // No input brings that about: the server's word for it is put into what it says (its own tests have it say so).
+  const why = "this went wrong inside rotorbench";
+  let tick = {};
+  await page.route("**/api/desk?*", async route => {
+    const response = await route.fetch();
+    const desk = await response.json();
+    tick = Object.assign(desk.tick, { search: { ...desk.tick.search, state: "failed", why } });
+    await route.fulfill({ response, json: desk });
+  });
+  await page.route("**/api/events", route =>
+    route.fulfill({ contentType: "text/event-stream", body: `retry: 3600000\ndata: ${JSON.stringify(tick)}\n\n` }));
+  await page.reload();
+  await page.locator("#progress.bad", { hasText: why }).waitFor();
+  check(!(await page.locator("#ask-button").isDisabled()), "it can be asked again");
+  await picture("5-broken");
+  await page.unrouteAll();
+  await page.reload();
+  await page.getByText(/^Cancelled after/).waitFor();
+}
+
 async function wicked() {
   step("a log with markup for a name, and a long one");
   const mark = "<img src=x onerror=window.wicked=1>";
@@ -475,6 +497,7 @@ async function law() {
   await page.locator("#law-verdict[data-verdict=law]").waitFor();
   check(/sin\(n\*body_angle\)/.test(await page.locator("#law-formula").textContent()), "its formula");
   await page.locator("#law").evaluate(it => it.scrollIntoView());
+  check(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight), "the page itself scrolls, its header with it");
   await picture("9-law-light");
   await page.emulateMedia({ colorScheme: "dark" });
   await page.locator("figure[data-block=body][data-scheme=dark]").first().waitFor();
@@ -647,6 +670,7 @@ try {
   await back();
   await second();
   await cancelled();
+  await broken();
   await wicked();
   await rotor();
   await marked();

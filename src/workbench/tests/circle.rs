@@ -14,6 +14,7 @@ use crate::model::Model;
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
 use crate::workbench::demo::demo_logs_in;
+use crate::workbench::error::Broken;
 use crate::workbench::{WorkbenchConfig, saved};
 
 fn is_done(desk: &Value) -> bool {
@@ -128,6 +129,20 @@ fn a_search_is_cancelled_and_leaves_the_desk_as_it_was() {
     let desk = it.wait_for("refused", |desk| desk["tick"]["search"]["state"] == "failed");
     assert!(desk["tick"]["search"]["why"].to_string().contains("no_such_effect"), "{}", desk["tick"]);
     assert_eq!(desk["models"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn a_search_that_panics_is_said_and_the_next_one_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = demo_logs_in(folder.path()).expect("recorded");
+    let it = Running::with(&demo.logs);
+    it.wait_for("open", |desk| desk["logs"][1]["state"] == "open" && desk["logs"][0]["state"] == "open");
+    assert_eq!(it.act("{\"act\":\"add\",\"effects\":[\"a mistake\"]}").status, 200);
+    let desk = it.wait_for("failed", |desk| desk["tick"]["search"]["state"] == "failed");
+    assert_eq!(desk["tick"]["search"]["why"], Broken.to_string());
+    assert_eq!(desk["models"].as_array().map(Vec::len), Some(1), "nothing is made of it");
+    assert_eq!(it.act("{\"act\":\"diagnose\"}").status, 200);
+    it.wait_for("answered", |desk| desk["answered"].is_object());
 }
 
 #[test]
