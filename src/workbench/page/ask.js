@@ -1,6 +1,6 @@
 // "What is missing?": the search, its progress, its answer, and what may be added.
 
-import { act, desk, onDesk } from "./act.js";
+import { act, desk, ofChosen, onDesk } from "./act.js";
 import { card } from "./card.js";
 import { button, command, element, fill, lastPart, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
@@ -100,6 +100,12 @@ export function ready() {
   return fitted.some(it => it.role === "fit") && fitted.every(it => it.state === "open");
 }
 
+// Whether the rotors of some log are further off the model than their rates vary.
+function isFarOff() {
+  const rotors = desk.logs.flatMap(it => it.compared?.blocks || []).filter(it => it.name.startsWith("actuator"));
+  return rotors.map(it => ofChosen(it.errors)).some(it => it?.model === desk.chosen && it.fit_percent < 0 && !it.is_noise);
+}
+
 const names = role => desk.logs.filter(it => it.role === role).map(it => lastPart(it.name)).join(", ");
 
 function draw() {
@@ -108,6 +114,7 @@ function draw() {
   const held = names("held_out");
   fill(head, element("h2", {}, "What is missing?"),
     element("p", { class: "soft" }, `Model ${model?.name}, fitted on ${names("fit") || "no log"}${held ? ", held out " + held : ""}.`),
+    isFarOff() && ready() && element("p", { class: "bad" }, "The rotors are further off this model than their rates vary. If it is another bench's, begin with ", identify()),
     button("What is missing?", () => act("diagnose"), { class: "primary", disabled: running || !ready(), id: "ask-button" }),
     desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."));
   fill(body, desk.answered && answered(desk.answered),
