@@ -43,8 +43,12 @@ fn the_paper_comes_out_of_one_process() {
     };
     // What `design` says of the same loops: the report has it beside the 30 ms.
     let limit = |row: &Value| 1e3 * row["delay_limit"].as_f64().expect("a delay");
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/guide/paper.md")).expect("a page");
-    assert!(page.contains("unstable from 32.6 ms on (EMC's from 92.5 ms)"), "the limits below are those of the guide");
+    let page =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/guide/paper.md")).expect("a page");
+    assert!(
+        page.contains("unstable from 32.6 ms on (EMC's from 92.5 ms)"),
+        "the limits below are those of the guide"
+    );
     for row in paper["runs"].as_array().expect("runs") {
         // The pole that was identified in a minute is off by some tenths of a percent.
         let expected = if row["controller"] == "PID" { 32.6 } else { 92.5 };

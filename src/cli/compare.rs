@@ -81,7 +81,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let comparisons = found.iter().flatten().map(json::comparison).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
-        print!("{}", comparison::text(&found, &logs, arguments.notes.detail(), &ask_what_is_missing(arguments)));
+        print!(
+            "{}",
+            comparison::text(&found, &logs, arguments.notes.detail(), &ask_what_is_missing(arguments))
+        );
     }
     let adequate = found.iter().all(|models| models.iter().any(|comparison| comparison.is_adequate()));
     Ok(if adequate { Outcome::Done } else { Outcome::FoundWanting })

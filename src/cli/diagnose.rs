@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             if arguments.answer.json {
                 println!("{}", json::answer(&json::diagnosis(diagnosis)?)?);
             } else {
-                print!("{}", report::story::diagnosis(diagnosis, next, arguments.search.notes.detail()));
+                print!("{}", report::story::diagnosis(diagnosis, next, search.notes.detail()));
             }
             diagnosis.verdict
         }
@@ -67,7 +67,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
                 println!("{}", json::answer(&rotors::diagnoses_json(found)?)?);
             } else {
                 let whole = whole_story(search, found);
-                print!("{}", rotors::diagnoses(found, &extensions(search, found), &whole, arguments.search.notes.detail()));
+                let detail = search.notes.detail();
+                print!("{}", rotors::diagnoses(found, &extensions(search, found), &whole, detail));
             }
             found.verdict
         }

@@ -80,7 +80,8 @@ impl LogArguments {
             ("config", self.config.as_ref().map(|path| path.display().to_string())),
             ("interface", self.interface.clone()),
         ];
-        let given = options.into_iter().filter_map(|(name, value)| Some(format!(" --{name} {}", quoted(&value?))));
+        let given =
+            options.into_iter().filter_map(|(name, value)| Some(format!(" --{name} {}", quoted(&value?))));
         given.collect()
     }
 

@@ -93,6 +93,7 @@ mod table;
 pub mod thresholds;
 pub mod verdict;
 pub mod workbench;
+mod wrapped;
 
 pub use bars::Bars;
 pub use page::{PALETTE, Page, UPLOT_SCRIPT, UPLOT_STYLE};

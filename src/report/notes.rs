@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::findings::text;
-use super::story::wrapped;
+use super::wrapped::wrapped;
 use crate::screening::Finding;
 
 /// How much of the notes is shown.
@@ -52,7 +52,8 @@ pub(crate) fn lines(notes: &[Note], head: &str, detail: Detail) -> String {
     let groups = groups(notes);
     let (taken_out, shown): (Vec<&Vec<&Note>>, Vec<&Vec<&Note>>) =
         groups.iter().partition(|group| TAKEN_OUT.contains(&group[0].1.code));
-    let (folded, as_it_is) = if taken_out.len() > MOST_SHOWN { (taken_out, vec![]) } else { (vec![], taken_out) };
+    let (folded, as_it_is) =
+        if taken_out.len() > MOST_SHOWN { (taken_out, vec![]) } else { (vec![], taken_out) };
     let mut out: String =
         shown.into_iter().chain(as_it_is).map(|group| wrapped(head, &once(group, &names))).collect();
     if !folded.is_empty() {
@@ -153,14 +154,18 @@ mod tests {
         );
         let every = lines(&notes, "Note: ", Detail::Every);
         assert_eq!(every.matches("Note: ").count(), 4, "{every}");
-        assert!(every.starts_with("Note: a.csv: ") && every.contains("Note: b.csv, rotor 1: 2 samples"), "{every}");
+        assert!(
+            every.starts_with("Note: a.csv: ") && every.contains("Note: b.csv, rotor 1: 2 samples"),
+            "{every}"
+        );
     }
 
     #[test]
     fn the_same_of_several_logs_is_said_once() {
-        let same = ["one/a.csv", "two/a.csv", "c.csv"].map(|log| Finding::new("base_saw_held_out", "").of(log));
+        let same =
+            ["one/a.csv", "two/a.csv", "c.csv"].map(|log| Finding::new("base_saw_held_out", "").of(log));
         let said = lines(&of_all(&same), "", Detail::Short);
-        assert!(said.starts_with("one/a.csv; two/a.csv; c.csv: the model's own numbers"), "{said}");
+        assert!(said.starts_with("one/a.csv; two/a.csv; c.csv: the model was identified"), "{said}");
         let other = |rows: usize, log: &str| Finding::new("outliers", "command_1").of(log).rows(rows);
         let several: Vec<Finding> = (1..=6).map(|rows| other(rows, &format!("log_{rows}.csv"))).collect();
         let said = lines(&of_all(&several), "", Detail::Short);

@@ -60,7 +60,10 @@ mod tests {
         let late = ReplayResult { unknown: 304, ..ReplayResult::default() };
         let whole = ReplayResult { equal: 500, starts: 1, ..ReplayResult::default() };
         let said = text([&late, &late], (0, 0), None);
-        assert!(said.starts_with("controller: not replayed: none of its 304 steps follows a start"), "{said}");
+        assert!(
+            said.starts_with("controller: not replayed: none of its 304 steps follows a start"),
+            "{said}"
+        );
         assert!(!said.contains("equal"), "{said}");
         assert!(text([&late, &whole], (3, 0), None).ends_with("guard: 3 events equal\n"));
         // One that has stopped and begun again is replayed from there.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+pub(super) use super::wrapped::wrapped;
 use super::{Mark, TextTable, number};
 use crate::diagnose::Extension;
 use crate::diagnose::diagnosis::{
@@ -20,33 +21,8 @@ use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict;
 use crate::screening::Finding;
 
-/// Columns of a small terminal.
-const WIDTH: usize = 80;
 /// Candidates shown.
 const SHOWN: usize = 6;
-
-/// `text` in lines of at most [`WIDTH`] columns, broken between words; the first line begins with `first`, the others
-/// are indented by as much.
-pub(super) fn wrapped(first: &str, text: &str) -> String {
-    let indent = first.chars().count();
-    let mut out = first.to_owned();
-    let mut column = indent;
-    for word in text.split_whitespace() {
-        let length = word.chars().count();
-        if column > indent && column + 1 + length > WIDTH {
-            let _ = write!(out, "\n{}", " ".repeat(indent));
-            column = indent;
-        }
-        if column > indent {
-            out.push(' ');
-            column += 1;
-        }
-        out.push_str(word);
-        column += length;
-    }
-    out.push('\n');
-    out
-}
 
 /// `value ± error unit`; a bare number carries no unit.
 pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
@@ -326,15 +302,6 @@ pub fn step_title(step: &ModelStep) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_line_is_wider_than_a_small_terminal() {
-        let text = wrapped("Note: ", &"a word or two and then some more of them ".repeat(9));
-        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
-        assert!(text.lines().count() > 3 && text.lines().skip(1).all(|line| line.starts_with("      ")));
-        // What cannot be broken stays whole.
-        assert_eq!(wrapped("  ", &"x".repeat(100)).trim(), "x".repeat(100));
-    }
 
     #[test]
     fn those_that_the_table_has_no_room_for_are_counted() {

@@ -150,10 +150,7 @@ pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
         let rest = diagnosis.error.channel.strip_prefix(finding.subject.as_str());
         finding.code == "error_above_floor" && is_partial && rest.is_some_and(|rest| rest.starts_with(" ["))
     };
-    diagnosis
-        .findings
-        .iter()
-        .filter(move |finding| !at_the_top.contains(&finding.code) && !is_said(finding))
+    diagnosis.findings.iter().filter(move |finding| !at_the_top.contains(&finding.code) && !is_said(finding))
 }
 
 /// What the standard errors of an answer rest on, where they do.

@@ -15,7 +15,9 @@ use crate::log::csv::LogError;
 use crate::log::format::{FormatError, LogFormat, ReadRequest, START, Start};
 use crate::log::formats::{FORMATS, readable};
 use crate::log::signals::{of_rotor, rotor_of};
-use crate::log::{Dataset, DatasetError, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
+use crate::log::{
+    Dataset, DatasetError, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable,
+};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
@@ -374,6 +376,7 @@ fn only_rotors(log: Dataset, rotors: &[usize]) -> Result<Dataset, SessionError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cancel::Cancel;
 
     /// A foreign log whose clock happens to be named as ours: the mapping that was given for its columns counts, and is not for a log
     /// of ours beside it.
@@ -388,5 +391,25 @@ mod tests {
         assert_eq!(at(b"\xef\xbb\xbftime_s, \"duty\" ,x\r\n0,1,2\n"), (true, true));
         assert_eq!(at(b"time_s,command_1\n0,1\n"), (true, false));
         assert_eq!(at(b"t,duty\n0,1\n"), (false, false));
+    }
+
+    #[test]
+    fn rows_that_cannot_be_put_in_time_are_left_out_where_that_is_asked_for() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.csv");
+        let row = |number: u32| format!("{},0.4,{number}\n", 0.02 * f64::from(number));
+        let rows: String = (0..30).map(row).collect();
+        let text = format!("time_s,command_1,own\n{rows}0.2,0.4,99\n,0.4,98\n{}", row(30));
+        fs::write(&path, text).expect("written");
+        let cancel = Cancel::default();
+        let read = |leaves_out: bool| {
+            open(&path, &OpenConfig { leaves_out, ..OpenConfig::default() }, &Job::unwatched(&cancel))
+        };
+        let refused = read(false).expect_err("a row without a time").to_string();
+        assert!(refused.ends_with("(`import` leaves out rows without one, and says which)"), "{refused}");
+        let Opened { log, notes, .. } = read(true).expect("a log all the same");
+        assert_eq!((notes.backward_time.count, notes.without_time.count), (1, 1));
+        assert_eq!(log.raw().column("own").map(<[f64]>::len), Some(31));
+        assert_eq!(log.raw().time().last(), Some(&0.6));
     }
 }

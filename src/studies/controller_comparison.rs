@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::impulse_response::{ImpulseResponse, Moment, measure};
+use super::strike::nothing_stands_out;
 use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::code;
 use crate::emulate::Impulse;
-use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
 use crate::recording::{RecordError, RecordedItem, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
 use crate::screening::Finding;
@@ -39,11 +39,10 @@ pub enum RunComparisonError {
         /// The file.
         path: PathBuf,
     },
-    /// Its angle does not show that anything struck it.
+    /// Its angle does not show it.
     #[error(
-        "{}: nothing says that the body was struck in this run, and its angle does not show it: {largest_rad:.1e} rad at most, where \
-         {usual_rad:.1e} rad (rms) are usual; say when, with --impulse AT:DURATION:TORQUE",
-        path.display()
+        "{}: nothing says that the body was struck, and its angle does not show it: {largest_rad:.1e} rad at most where \
+         {usual_rad:.1e} rad (rms) are usual; say when, with --impulse AT:DURATION:TORQUE", path.display()
     )]
     NoStrikeShows {
         /// The file.
@@ -210,14 +209,16 @@ impl RawRun {
             strikes: Vec::new(),
         };
         run.find_the_impulses(given);
-        if run.struck_from == StruckFrom::Angle && run.was_left_alone() {
-            return Err(RunComparisonError::NotStruck { path: run.path });
-        }
-        if let Some((largest_rad, usual_rad)) = run.nothing_stands_out() {
-            return Err(RunComparisonError::NoStrikeShows { path: run.path, largest_rad, usual_rad });
-        }
         let (from_s, to_s) = run.span();
         let struck_s = run.strikes.first().copied().unwrap_or(f64::NAN);
+        if run.struck_from == StruckFrom::Angle {
+            if run.was_left_alone() {
+                return Err(RunComparisonError::NotStruck { path: run.path });
+            }
+            if let Some((largest_rad, usual_rad)) = nothing_stands_out(&run.moments, struck_s) {
+                return Err(RunComparisonError::NoStrikeShows { path: run.path, largest_rad, usual_rad });
+            }
+        }
         if struck_s < from_s || run.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s) {
             return Err(RunComparisonError::NothingBehind { path: run.path, struck_s, from_s, to_s });
         }
@@ -324,21 +325,6 @@ impl RawRun {
             .rev()
             .find(|moment| moment.angle.abs() < THRESHOLDS.unmoved_share * peak)
             .map_or(0.0, |moment| moment.time)
-    }
-
-    /// [rad] the largest angle and the usual one before it, where the moment of the impulse is taken from the angle and the one is too
-    /// like the other. `None` where it stands out, or too little lies before it to tell.
-    fn nothing_stands_out(&self) -> Option<(f64, f64)> {
-        let struck_s = self.strikes.first().filter(|_| self.struck_from == StruckFrom::Angle)?;
-        if struck_s - self.span().0 < THRESHOLDS.shortest_answer_s {
-            return None;
-        }
-        let size = |moment: &Moment| moment.angle.abs();
-        let largest = self.moments.iter().map(size).fold(0.0, f64::max);
-        // The median, since a body may swing when the rotors start.
-        let before = self.moments.iter().take_while(|moment| moment.time < *struck_s);
-        let usual = median(before.map(size))? / MEDIAN_OF_NORMAL;
-        (largest < THRESHOLDS.strike_over_usual * usual).then_some((largest, usual))
     }
 
     fn know_the_disturbance(&mut self) {

@@ -4,4 +4,5 @@ pub mod controller_comparison;
 pub mod impulse_response;
 pub mod jitter;
 pub mod paper;
+mod strike;
 pub mod thresholds;

@@ -76,7 +76,8 @@ fn known_faults_of_the_command_are_inverted() {
             let rotor = allocator.allocate(difference, voltage).rotor;
             let z = rotor.map(|u: f64| {
                 let seen = (u.min(0.95) - 0.07).max(0.0) / 0.93 * voltage / 12.6;
-                447.1 * seen * seen + 1124.5 * seen + 12.0 - 300.0 * (seen - 0.46).powi(3) + 90.0 * seen.powi(3)
+                447.1 * seen * seen + 1124.5 * seen + 12.0 - 300.0 * (seen - 0.46).powi(3)
+                    + 90.0 * seen.powi(3)
             });
             assert!((z[0] - z[1] - difference).abs() < 1e-6, "{voltage} V {difference}: {z:?}");
             assert!((0.5 * (z[0] + z[1]) - plant.hover_rate).abs() < 1e-6);

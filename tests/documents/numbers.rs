@@ -4,11 +4,11 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use rotorbench::estimation::quantile::MEDIAN_OF_NORMAL;
 use rotorbench::guard::GuardConfig;
 use rotorbench::log::LOG_SIGNALS;
 use rotorbench::signal::{After, Sensor};
 use rotorbench::unit::UNITS;
-use rotorbench::estimation::quantile::MEDIAN_OF_NORMAL;
 use rotorbench::{can, control, diagnose, fleet, identify, screening, session, studies};
 
 use super::{pages, root};
@@ -173,7 +173,9 @@ fn what_a_fleet_and_a_bus_are_judged_by_is_what_their_pages_say() {
     let (nervous, calm) = (design.nervous_peak, design.calm_peak);
     holds(
         "docs/guide/design.md",
-        &[format!("below a sensitivity peak of {nervous} first, then bandwidth while the peak stays below {calm}")],
+        &[format!(
+            "below a sensitivity peak of {nervous} first, then bandwidth while the peak stays below {calm}"
+        )],
     );
     let bus = can::thresholds::THRESHOLDS;
     let (warned, refused) = (bus.warning_percent, bus.maximum_percent);

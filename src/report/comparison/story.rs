@@ -332,7 +332,8 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog], detail: Detail, nex
     let wanting = found.iter().flatten().any(|comparison| !comparison.is_adequate());
     if wanting {
         // Writing to a `String` cannot fail.
-        let _ = writeln!(out, "Which effect is missing (--validate LOG names a log to judge it on):\n  {next}");
+        let _ =
+            writeln!(out, "Which effect is missing (--validate LOG names a log to judge it on):\n  {next}");
     }
     out
 }
