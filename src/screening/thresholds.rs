@@ -356,4 +356,15 @@ crate::thresholds! {
     /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
     /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
     resolution: f64 = 1e-3, "-", "judgement";
+    /// steps whose instants are looked at, at least, before commands are said to step between rows
+    fewest_between_steps: usize = 10, "count", "judgement: the spread of their instants is then known to a third";
+    /// logarithm of a likelihood, instants anywhere between rows over instants at rows, from which commands step between rows
+    between_rows_evidence: f64 = 6.0, "-", "random benches: 10 to 10,000 of those that do, -500 to 1 of those that do not";
+    /// the same over commands that are all logged late by one time, below which that is what they are
+    logged_late_evidence: f64 = -2.0, "-", "random benches";
+    /// [-] variance of the instants that neither direction, size nor level of a step explains, over that of even ones: halfway between
+    /// these and noise is the least
+    even_spread: f64 = 0.5, "-", "random benches: 0.8 to 1.3 of even ones, 0 to 0.3 of laws that were not known";
+    /// [intervals²] variance of instants that the rates can tell from chance, from which their spread is asked about
+    telling_spread: f64 = 0.015, "intervals²", "judgement";
 }

@@ -73,6 +73,8 @@ checks! {
         standstill,
         transient_behind_hole,
         uncommanded_motion,
+        // Looks at the answers to steps that are left.
+        steps_between_rows,
         // Says how many of the rates are used: all others come before it.
         commands_missing,
     ];
