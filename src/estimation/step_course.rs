@@ -159,7 +159,7 @@ impl Curve {
                     row.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * power * term);
                 }
             }
-            let curve = Self { coefficients: solve(normal)?, weight: 0.0 };
+            let curve = Self { coefficients: solve(normal), weight: 0.0 };
             let (mut excess, mut sum) = (0.0, 0.0);
             for (input, level, weight) in levels {
                 let share = (variance + own(*weight) + f64::MIN_POSITIVE).powi(-2);
@@ -178,22 +178,21 @@ impl Curve {
     }
 }
 
-/// Solves three equations by elimination; `None` where they do not determine the unknowns.
-fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
+/// Solves three equations by elimination; what they do not determine is zero, as the bend of a curve through two levels.
+fn solve(mut rows: [[f64; 4]; 3]) -> [f64; 3] {
     let scale = rows[0][0].abs().max(f64::MIN_POSITIVE);
+    let mut is_known = [true; 3];
     for pivot in 0..3 {
-        let best = (pivot..3).max_by(|a, b| rows[*a][pivot].abs().total_cmp(&rows[*b][pivot].abs()))?;
-        rows.swap(pivot, best);
-        // Two levels have no parabola.
         if rows[pivot][pivot].abs() < 1e-9 * scale {
-            return None;
+            is_known[pivot] = false;
+            continue;
         }
         for row in (0..3).filter(|row| *row != pivot) {
             let (factor, own) = (rows[row][pivot] / rows[pivot][pivot], rows[pivot]);
             rows[row].iter_mut().zip(own).for_each(|(value, own)| *value -= factor * own);
         }
     }
-    Some(std::array::from_fn(|row| rows[row][3] / rows[row][row]))
+    std::array::from_fn(|row| if is_known[row] { rows[row][3] / rows[row][row] } else { 0.0 })
 }
 
 #[cfg(test)]

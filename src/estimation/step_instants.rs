@@ -103,7 +103,9 @@ impl Stepped<'_> {
             let following = few.follow(at_rows, earliest..latest);
             many.carry_out(&Trial { following, ..at_rows }).likelihood()
         });
-        let (found, delay_deviation, best) = many.delayed(&trial(between, curve));
+        // Pole and lag go with the dead time: without one they are others.
+        let without = few.follow(trial(between, curve), 0.0..0.0);
+        let (found, delay_deviation, best) = many.delayed(&trial(between, curve), without);
         let noise = many.carry_out(&trial(between, curve)).mean_square();
         let steps = self.carry_out(&trial(found, curve)).steps;
         let steps: Vec<Instant> = steps.iter().map(|step| instant(step, noise)).collect();
@@ -153,12 +155,11 @@ impl Stepped<'_> {
         at.0
     }
 
-    /// The dead time: none where the data allow that, else its mean over what they allow; its standard deviation [s], and the logarithm
+    /// The dead time: none, and the output follows as it does `without`, where the data allow that, else its mean over what they allow; its standard deviation [s], and the logarithm
     /// of the likelihood of the best.
-    fn delayed(&self, near: &Trial) -> (Following, f64, f64) {
+    fn delayed(&self, near: &Trial, without: Following) -> (Following, f64, f64) {
         let noise = self.carry_out(near).mean_square();
-        let marginal = |delay: f64| {
-            let following = Following { delay, ..near.following };
+        let marginal = |following: Following| {
             let tried = self.carry_out(&Trial { following, ..*near });
             tried.likelihood()
                 + tried.steps.iter().map(|(.., profile)| profile.evidence(noise).0).sum::<f64>()
@@ -166,16 +167,17 @@ impl Stepped<'_> {
         let grid = THRESHOLDS.step_delay_grid;
         let place = |at: usize| self.interval * (2.0 * at as f64 / grid as f64 - 1.0);
         let delays = (0..=grid).map(|at| (near.following.delay + place(at)).max(0.0));
-        let all: Vec<(f64, f64)> = delays.map(|delay| (delay, marginal(delay))).collect();
-        let none = marginal(0.0);
+        let all: Vec<(f64, f64)> =
+            delays.map(|delay| (delay, marginal(Following { delay, ..near.following }))).collect();
+        let none = marginal(without);
         let best = all.iter().map(|it| it.1).fold(none, f64::max);
         let weight = |value: f64| (value - best).exp();
         let sum: f64 = all.iter().map(|it| weight(it.1)).sum();
         let mean = all.iter().map(|it| weight(it.1) * it.0).sum::<f64>() / sum;
         let variance = all.iter().map(|it| weight(it.1) * (it.0 - mean).powi(2)).sum::<f64>() / sum;
         let is_none = sum == 0.0 || none > best - THRESHOLDS.no_step_delay;
-        let delay = if is_none { 0.0 } else { mean };
-        (Following { delay, ..near.following }, variance.max(0.0).sqrt(), best)
+        let found = if is_none { without } else { Following { delay: mean, ..near.following } };
+        (found, variance.max(0.0).sqrt(), best)
     }
 }
 
@@ -202,7 +204,8 @@ impl Search<'_> {
     /// The delay has several valleys.
     fn delay_on_a_grid(&self) -> Found {
         let Range { start, end } = self.delays;
-        let count = (2.0 * (end - start) / self.interval).ceil().min(THRESHOLDS.most_step_delays) as usize;
+        let count =
+            (2.0 * (end - start) / self.interval).ceil().clamp(1.0, THRESHOLDS.most_step_delays) as usize;
         let delays = (0..=count).map(|step| start + (end - start) * step as f64 / count as f64);
         let tried = delays.map(|delay| self.of(Following::plain(self.trial.following.pole, delay)));
         let near = self.of(self.trial.following);

@@ -6,6 +6,8 @@ use std::ops::Range;
 use super::step_course::{Course, Curve, Lags, Sums};
 use super::thresholds::THRESHOLDS;
 
+/// [intervals] between two instants that are one: far below the digits of a clock.
+const SAME_INSTANT: f64 = 1e-6;
 /// [-] the input at which a pole is the pole.
 const MIDDLE_INPUT: f64 = 0.5;
 
@@ -118,8 +120,10 @@ impl Stepped<'_> {
         let (Some(first), Some(last)) = (holds.first(), holds.last()) else { return };
         // The first row that may answer to a hold.
         let answers = |hold: &Hold| {
-            let earliest = self.arrival(hold.from, trial).0;
-            first.from + self.time[first.from..last.end].partition_point(|time| *time < earliest)
+            // The row before, at which it cannot have moved, knows the level of the hold before: whether it counts there must not hang
+            // on rounding.
+            let earliest = self.arrival(hold.from, trial).0 + SAME_INSTANT * self.interval;
+            first.from + self.time[first.from..last.end].partition_point(|time| *time <= earliest)
         };
         let mut before: Option<Course> = None;
         for (index, hold) in holds.iter().enumerate() {

@@ -80,7 +80,6 @@ impl RotorLog {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
 
