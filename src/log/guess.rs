@@ -3,11 +3,13 @@
 
 mod meanings;
 mod near;
+mod words;
 
 use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
 pub use near::{meant_by, possible_command};
+use words::{Words, measures, weight};
 
 use super::mapping::SignalMapping;
 use super::signals::{MOST_ROTORS, log_signal};
@@ -15,7 +17,6 @@ use super::sniff::SampledColumn;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{extremes, median, quantile};
 use crate::signal::columns;
-use crate::unit::UNITS;
 
 /// Values of a column that are shown beside the guess.
 const SHOWN: usize = 5;
@@ -69,25 +70,37 @@ pub struct GuessedColumn {
     pub samples: Vec<f64>,
 }
 
-/// Guesses what each column means. A signal is given once: to the first column that means it, and to an electrical rate where
-/// no other does.
+/// Guesses what each column means. A signal is given once: to the first column that means it, to one that reads nothing but zero
+/// only where no other does, and to an electrical rate likewise.
 #[must_use]
 pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
     let counts_from_zero = columns.iter().any(|column| Words::of(&column.name).number == Some(0));
     let meant: Vec<_> = columns.iter().map(|column| meant(column, counts_from_zero)).collect();
-    let has_other = |signal: &str| {
-        meant.iter().flatten().any(|it| it.signal == signal && it.certainty != Certainty::Electrical)
+    let both = || columns.iter().zip(&meant).filter_map(|(column, meant)| Some((column, meant.as_ref()?)));
+    let reads = |signal: &str| both().any(|(column, it)| it.signal == signal && !is_zero(column));
+    let has_other = |signal: &str, reads: bool| {
+        let counts = |column: &SampledColumn| !reads || !is_zero(column);
+        both().any(|(column, it)| {
+            it.signal == signal && it.certainty != Certainty::Electrical && counts(column)
+        })
     };
     let mut found: Vec<GuessedColumn> = Vec::new();
     for (column, meant) in columns.iter().zip(&meant).filter(|(column, _)| !column.name.is_empty()) {
         let is_taken = |it: &GuessedColumn| {
-            let is_second = it.certainty == Certainty::Electrical && has_other(&it.signal);
-            is_second || found.iter().any(|other| other.signal == it.signal)
+            let reads = reads(&it.signal);
+            let is_second = it.certainty == Certainty::Electrical && has_other(&it.signal, reads);
+            let is_dead = reads && is_zero(column);
+            is_second || is_dead || found.iter().any(|other| other.signal == it.signal)
         };
         let guessed = meant.clone().filter(|it| !is_taken(it));
         found.push(guessed.unwrap_or_else(|| unknown(column, &found)));
     }
     found
+}
+
+/// Whether it reads nothing but zero: a sensor that is not connected.
+fn is_zero(column: &SampledColumn) -> bool {
+    column.values.iter().all(|value| value.is_nan() || *value == 0.0)
 }
 
 /// The signals of a guess as a mapping has them, time apart.
@@ -111,102 +124,6 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
     mapped.collect()
 }
 
-/// Words that end a name and say its unit.
-const ENDINGS: [(&[&str], &str); 19] = [
-    (&["rad", "s"], "rad/s"),
-    (&["deg", "s"], "deg/s"),
-    (&["rpm"], "rpm"),
-    (&["mv"], "mV"),
-    (&["v"], "V"),
-    (&["ma"], "mA"),
-    (&["a"], "A"),
-    (&["gf"], "gf"),
-    (&["kg"], "kg"),
-    (&["g"], "g"),
-    (&["n"], "N"),
-    (&["ms"], "ms"),
-    (&["us"], "us"),
-    (&["ns"], "ns"),
-    (&["s"], "s"),
-    (&["deg"], "deg"),
-    (&["rad"], "rad"),
-    (&["k"], "K"),
-    (&["c"], "degC"),
-];
-
-/// A name in words, its unit, and its number.
-struct Words {
-    words: Vec<String>,
-    unit: Option<&'static str>,
-    number: Option<usize>,
-}
-
-impl Words {
-    fn of(name: &str) -> Self {
-        let (bare, bracket) = parted(name);
-        let mut unit = bracket.and_then(spelled);
-        let mut words = Vec::new();
-        let mut number = bracket.and_then(|text| text.parse().ok());
-        let mut word = String::new();
-        let mut before = ' ';
-        for letter in bare.chars().chain([' ']) {
-            let begins = letter.is_uppercase() && before.is_lowercase();
-            let turns = letter.is_ascii_digit() != before.is_ascii_digit() && !word.is_empty();
-            if !letter.is_alphanumeric() || begins || turns {
-                if let Ok(digits) = word.parse::<usize>() {
-                    number = number.or(Some(digits));
-                } else if !word.is_empty() {
-                    words.push(std::mem::take(&mut word));
-                }
-                word.clear();
-            }
-            if letter.is_alphanumeric() {
-                word.extend(letter.to_lowercase());
-            }
-            before = letter;
-        }
-        if bracket.is_some_and(|text| text.eq_ignore_ascii_case("erpm")) {
-            words.push("erpm".to_owned());
-        }
-        // Stands for two motors call them A and B: `ESC A (µs)`.
-        let letter = words.last().filter(|_| bracket.is_some() && words.len() > 1);
-        if let Some(of) = letter.and_then(|word| ["a", "b"].iter().position(|it| it == word)) {
-            number = number.or(Some(of + 1));
-            words.pop();
-        }
-        // A unit may end the name: `speed_rpm`, `body_rate_rad_s`.
-        let ends = |end: &[&str]| words.len() > end.len() && words[words.len() - end.len()..] == *end;
-        if let Some((end, spelling)) = ENDINGS.iter().find(|(end, _)| unit.is_none() && ends(end)) {
-            unit = Some(spelling);
-            words.truncate(words.len() - end.len().min(usize::from(*spelling != "rpm") * end.len()));
-        }
-        if unit.is_none() && words.iter().any(|word| word == "rpm") {
-            unit = Some("rpm");
-        }
-        Self { words, unit, number }
-    }
-
-    /// Its unit, for this meaning.
-    fn unit_for(&self, meaning: &Meaning) -> Option<&'static str> {
-        if meaning.si == "N" { self.unit.map(weight) } else { self.unit }
-    }
-
-    /// Whether it is a rate of the motor's field, in electrical revolutions.
-    fn is_electrical(&self) -> bool {
-        ["erpm", "e_rpm", "electrical_rpm"].iter().any(|word| self.has(word))
-    }
-
-    /// Whether this word says that, and nothing more.
-    fn is_electrical_by(&self, word: &str) -> bool {
-        word == "electrical" && self.is_electrical()
-    }
-
-    fn has(&self, wanted: &str) -> bool {
-        let parts: Vec<&str> = wanted.split('_').collect();
-        self.words.windows(parts.len()).any(|words| words == parts)
-    }
-}
-
 impl Meaning {
     /// Whether a name says this.
     fn is_named_by(&self, words: &Words) -> bool {
@@ -220,36 +137,12 @@ impl Meaning {
     }
 }
 
-/// A name without what stands in its last brackets, and that.
-fn parted(name: &str) -> (&str, Option<&str>) {
-    let name = name.trim();
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        if let (Some(from), true) = (name.rfind(open), name.ends_with(close)) {
-            return (&name[..from], name.get(from + 1..name.len() - 1).map(str::trim));
-        }
-    }
-    (name, None)
-}
-
-/// A unit however it is capitalized.
-fn spelled(text: &str) -> Option<&'static str> {
-    let exact = UNITS.iter().find(|unit| unit.name == text && !text.is_empty());
-    let close = || UNITS.iter().find(|unit| unit.name.eq_ignore_ascii_case(text) && !text.is_empty());
-    exact.or_else(close).map(|unit| unit.name)
-}
-
-/// What a unit measures.
-fn measures(unit: &str, si: &str) -> bool {
-    UNITS.iter().any(|known| known.name == unit && known.si == si)
-}
-
-/// The force that a unit of mass means where a force is read: load cells are labelled in grams.
-fn weight(unit: &'static str) -> &'static str {
-    match unit {
-        "g" => "gf",
-        "kg" => "kgf",
-        _ => unit,
-    }
+/// The unit that a column's name says it has, of those that measure the SI unit `si`.
+#[must_use]
+pub fn said_unit(column: &str, si: &str) -> Option<&'static str> {
+    let unit = Words::of(column).unit?;
+    let unit = if si == "N" { weight(unit) } else { unit };
+    measures(unit, si).then_some(unit)
 }
 
 fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn> {
@@ -268,6 +161,10 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
         return None;
     }
     let signal = columns::of_number(meaning.signal, number);
+    let is_of_rotor = signal != meaning.signal;
+    if is_of_rotor && words.has_part_name || meaning.signal != columns::TIME && words.is_of_unknown_unit {
+        return None;
+    }
     if column.values.iter().all(|value| value.is_nan()) {
         return None;
     }

@@ -1,6 +1,6 @@
 //! A guess that somebody mends: what a column becomes, and in which unit it comes.
 
-use super::guess::{Certainty, GuessedColumn, meant_by, own_name};
+use super::guess::{Certainty, GuessedColumn, meant_by, own_name, said_unit};
 use super::signals::log_signal;
 use crate::signal::columns;
 use crate::unit::{UNITS, Unit, UnitError};
@@ -115,7 +115,7 @@ pub fn is_in(column: &GuessedColumn, conversion: &Conversion) -> bool {
     is_same && (column.scale, column.offset) == (conversion.scale, conversion.offset)
 }
 
-/// Says what a column becomes: a signal in a unit (SI where none is said), a channel of its own, or, as `-`, nothing. A column that was
+/// Says what a column becomes: a signal in a unit (where none is said, the one that its name says, else SI), a channel of its own, or, as `-`, nothing. A column that was
 /// to become the same is carried along instead.
 ///
 /// # Errors
@@ -176,7 +176,7 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
         };
         return if unit.is_none_or(str::is_empty) { Ok(("", 1.0, 0.0)) } else { Err(own()) };
     };
-    let word = unit.unwrap_or(known.unit);
+    let word = unit.unwrap_or_else(|| said_unit(column, known.unit).unwrap_or(known.unit));
     let form = if columns::is_command(signal) { COMMANDS.iter().find(|it| it.name == word) } else { None };
     if let Some(form) = form {
         return Ok((form.unit, form.scale, form.offset));
@@ -211,6 +211,16 @@ mod tests {
 
     fn column<'a>(columns: &'a [GuessedColumn], name: &str) -> &'a GuessedColumn {
         columns.iter().find(|it| it.column == name).expect("a column")
+    }
+
+    #[test]
+    fn a_unit_that_the_name_says_is_the_first_that_is_offered() {
+        let values = vec![100.0, 700.0];
+        let mut columns = guess(&[SampledColumn { name: "Load cell [gf]".to_owned(), values }]);
+        for (unit, wanted) in [(None, "gf"), (Some("N"), "N")] {
+            mend(&mut columns, "Load cell [gf]", "thrust_1_n", unit).expect("mended");
+            assert_eq!(columns[0].unit, wanted);
+        }
     }
 
     #[test]

@@ -71,6 +71,31 @@ const TOML: (&str, &str) = (
     "a bench file is named with --config, a mapping with --mapping, a model with --model",
 );
 
+/// MATLAB's `save -v4`, which Simulink and dSPACE tools write, too.
+const MATLAB_4: (&str, &str) =
+    ("a MATLAB file of version 4", "write its columns with MATLAB's `writetable(array2table(X), 'log.csv')`");
+
+/// Whether a file begins with a matrix as MATLAB's version 4 writes it, in either byte order: five numbers (kind, rows, columns, whether
+/// it is complex, letters of the name and a zero), then the name.
+fn is_matlab_4(bytes: &[u8]) -> bool {
+    let number = |at: usize, is_big: bool| -> Option<u32> {
+        let four: [u8; 4] = bytes.get(4 * at..4 * at + 4)?.try_into().ok()?;
+        Some(if is_big { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
+    };
+    [(false, 0), (true, 1000)].into_iter().any(|(is_big, order)| {
+        let numbers: Option<Vec<u32>> = (0..5).map(|at| number(at, is_big)).collect();
+        let Some(&[kind, _, _, complex, letters]) = numbers.as_deref() else { return false };
+        // Tens: the type of the values; ones: full, text or sparse.
+        let is_kind = kind.checked_sub(order).is_some_and(|kind| kind <= 52 && kind % 10 <= 2);
+        let name = bytes.get(20..20 + (letters.min(64) as usize)).and_then(|name| name.split_last());
+        let is_name = name.is_some_and(|(end, name)| {
+            let is_letter = |letter: &u8| letter.is_ascii_alphanumeric() || *letter == b'_';
+            *end == 0 && name.first().is_some_and(u8::is_ascii_alphabetic) && name.iter().all(is_letter)
+        });
+        is_kind && complex <= 1 && (2..=64).contains(&letters) && is_name
+    })
+}
+
 /// Whether a file is TOML, by its name or by the lines that its beginning holds whole.
 fn is_toml(start: &Start) -> bool {
     if start.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
@@ -90,6 +115,7 @@ fn last_line_end(bytes: &[u8]) -> Option<usize> {
 pub fn recognised(start: &Start) -> Option<(&'static str, &'static str)> {
     let begins = |kind: &&Kind| start.bytes.get(kind.at..).is_some_and(|rest| rest.starts_with(kind.begins));
     let known = KINDS.iter().find(begins).map(|kind| (kind.what, kind.instead));
+    let known = known.or_else(|| is_matlab_4(start.bytes).then_some(MATLAB_4));
     known.or_else(|| is_toml(start).then_some(TOML)).or_else(|| {
         (start.bytes.first() == Some(&CRAZYFLIE)).then_some((
             "a log of Crazyflie's micro-SD deck",
@@ -121,6 +147,15 @@ mod tests {
         assert_eq!(what(b"# a bench\nname = \"x\"\n[guard]\nmisses = 3\n"), Some("TOML, not a log"));
         let named = recognised(&Start { bytes: b"[[", path: Path::new("m.toml") });
         assert_eq!(named.map(|it| it.0), Some("TOML, not a log"));
+        let matlab = |kind: [u8; 4], order: fn(u32) -> [u8; 4]| {
+            let numbers = [500_u32, 3, 0, 5].map(order);
+            [&kind[..], &numbers.concat(), b"data\0", &[0; 64]].concat()
+        };
+        let of_version_4 = Some("a MATLAB file of version 4");
+        assert_eq!(what(&matlab([0; 4], u32::to_le_bytes)), of_version_4);
+        assert_eq!(what(&matlab(1010_u32.to_be_bytes(), u32::to_be_bytes)), of_version_4);
+        assert_eq!(what(&matlab([7, 7, 7, 7], u32::to_le_bytes)), None);
+        assert_eq!(what(&[0; 64]), None);
         assert_eq!(what(b"# a remark\n"), None);
         assert_eq!(what(b"time_s,a\n"), None);
         assert_eq!(what(b""), None);

@@ -127,3 +127,39 @@ fn an_electrical_rate_wants_the_pole_pairs() {
         Certainty::Unknown,
     );
 }
+
+#[test]
+fn a_rate_that_reads_nothing_gives_way_to_one_that_does() {
+    let columns = |optical: &'static [f64]| {
+        guess_of(&[
+            ("Time (s)", &[0.0, 0.01]),
+            ("Motor Optical Speed (RPM)", optical),
+            ("Motor Electrical Speed eRPM", &[4000.0, 4100.0]),
+        ])
+    };
+    let live = columns(&[700.0, 710.0]);
+    assert_eq!([&live[1].0, &live[2].0], ["propeller_rate_1_rad_s", "motor_electrical_speed_erpm"]);
+    let dead = columns(&[0.0, 0.0]);
+    assert_eq!([&dead[1].0, &dead[2].0], ["motor_optical_speed_rpm", "propeller_rate_1_rad_s"]);
+    assert_eq!(dead[2].2, Certainty::Electrical);
+    // Of two that read nothing it is the first.
+    let standing = guess_of(&[("Speed A (rpm)", &[0.0]), ("Speed 1 (rpm)", &[0.0])]);
+    assert_eq!(standing[0].0, "propeller_rate_1_rad_s");
+}
+
+#[test]
+fn the_name_of_a_probe_is_no_number_of_a_rotor() {
+    let found = guess_of(&[("4N76 Temp", &[25.0]), ("motor 2 temp", &[30.0]), ("rpm3", &[900.0])]);
+    assert_eq!(found[0].2, Certainty::Unknown, "{found:?}");
+    assert_eq!([&found[1].0, &found[2].0], ["motor_temperature_2_k", "propeller_rate_3_rad_s"]);
+}
+
+#[test]
+fn a_unit_that_nobody_knows_is_not_replaced_by_another() {
+    let speed = |name: &str| guess_of(&[(name, &[900.0, 2000.0])]).remove(0);
+    for name in ["Speed (steps/s)", "speed [counts/s]", "speed_steps_per_s"] {
+        assert_eq!(speed(name).2, Certainty::Unknown, "{name}");
+    }
+    is(&speed("Drehzahl (1/min)"), "propeller_rate_1_rad_s", "rpm", Certainty::Named);
+    is(&speed("Speed (left)"), "propeller_rate_1_rad_s", "rad/s", Certainty::UnitGuessed);
+}

@@ -2,7 +2,7 @@
 
 import { act, desk, ofChosen, onDesk } from "./act.js";
 import { card } from "./card.js";
-import { button, command, element, fill, lastPart, number, precise, table } from "./dom.js";
+import { button, command, count, element, fill, lastPart, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
 
 const SHOWN = 6;
@@ -88,7 +88,7 @@ function answered(answer) {
     answer.verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set)),
     errors(answer.error, answer.unit), candidates(answer),
-    answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, `${answer.findings.length} findings`), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
+    answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, count(answer.findings.length, "finding")), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
     element("h3", {}, "What to do next"), element("ul", { class: "next" }, answer.next.map(step)),
   ];
   return now(answer, "answer before", whole);

@@ -53,6 +53,11 @@ export function precise(value, digits = 4, properties = {}) {
   return element("span", { title: String(value), "data-value": String(value), class: "number", ...properties }, number(value, digits));
 }
 
+// How many of what: 1 finding, 2 findings.
+export function count(many, what) {
+  return `${many} ${what}${many === 1 ? "" : "s"}`;
+}
+
 export function table(headings, rows, properties = {}) {
   return element("table", properties,
     element("thead", {}, element("tr", {}, headings.map(it => element("th", { scope: "col" }, it)))),

@@ -3,7 +3,7 @@
 import { act, desk, onDesk } from "./act.js";
 import { add, errors, now, ready } from "./ask.js";
 import { drawing } from "./details.js";
-import { button, command, element, fill, number, precise, table } from "./dom.js";
+import { button, command, count, element, fill, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
 
 const progress = progressOf(["discover"]);
@@ -60,7 +60,7 @@ function answered(answer) {
     verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     shape(found), element("ul", { class: "beneath" }, answer.beneath.map(it => element("li", {}, it))),
     errors(found.error, answer.unit), places(found),
-    found.warnings.length > 0 && element("details", { "data-key": "law findings" }, element("summary", {}, `${found.warnings.length} findings`), element("ul", {}, found.warnings.map(it => element("li", {}, it)))),
+    found.warnings.length > 0 && element("details", { "data-key": "law findings" }, element("summary", {}, count(found.warnings.length, "finding")), element("ul", {}, found.warnings.map(it => element("li", {}, it)))),
     element("details", { "data-key": "law by hand" }, element("summary", {}, "the same by hand"), command(answer.by_hand)),
   ];
   return now(answer, "law before", whole);

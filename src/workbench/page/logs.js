@@ -1,7 +1,7 @@
 // The logs: what each is for, and what screening found.
 
 import { act, onDesk, save } from "./act.js";
-import { button, element, fill, lastPart, number } from "./dom.js";
+import { button, count, element, fill, lastPart, number } from "./dom.js";
 import { colourOfLog, isBeside, onBeside, putBeside } from "./beside.js";
 import { choose } from "./files.js";
 import { partOf } from "./part.js";
@@ -55,7 +55,7 @@ function about(log) {
     }), " over"), again,
     log.others && button("other logs of the file ...", () => act("open_log", { path: log.others, choice: log.choice }), { class: "quiet", "aria-label": "other logs of " + log.others }));
   const notes = log.notes.length && element("details", { "data-key": "notes " + log.id },
-    element("summary", {}, `${log.notes.length} findings`),
+    element("summary", {}, count(log.notes.length, "finding")),
     element("ul", {}, log.notes.map(note => element("li", {}, note))));
   return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), chosen(log.choice), log.stuck && element("p", { class: "bad" }, "It could not be read again: " + log.stuck), notes, grow];
 }

@@ -1,7 +1,7 @@
 // The models: which are drawn, and which one is diagnosed and extended.
 
 import { act, onDesk, save } from "./act.js";
-import { button, element, fill, number, precise, table } from "./dom.js";
+import { button, count, element, fill, number, precise, table } from "./dom.js";
 import { choose } from "./files.js";
 import { identify } from "./ask.js";
 import { colourOf } from "./charts.js";
@@ -34,7 +34,7 @@ function entry(model, desk) {
   const effects = model.effects.map(it => it.id).join(" + ") || "no effects added";
   return element("li", { "data-model": model.id }, element("div", { class: "row" }, shown, swatch, name, keep, close),
     element("p", { class: "soft" }, effects),
-    model.notes.length ? element("details", { "data-key": "model notes " + model.id }, element("summary", {}, `${model.notes.length} findings`),
+    model.notes.length ? element("details", { "data-key": "model notes " + model.id }, element("summary", {}, count(model.notes.length, "finding")),
       element("ul", {}, model.notes.map(note => element("li", {}, note)))) : null,
     parameters(model), margins(model));
 }

@@ -1,0 +1,154 @@
+//! A column's name in words: the unit that it says, the number of its rotor, the part that it is.
+
+use super::meanings::Meaning;
+use crate::unit::UNITS;
+
+/// Words that end a name and say its unit.
+const ENDINGS: [(&[&str], &str); 19] = [
+    (&["rad", "s"], "rad/s"),
+    (&["deg", "s"], "deg/s"),
+    (&["rpm"], "rpm"),
+    (&["mv"], "mV"),
+    (&["v"], "V"),
+    (&["ma"], "mA"),
+    (&["a"], "A"),
+    (&["gf"], "gf"),
+    (&["kg"], "kg"),
+    (&["g"], "g"),
+    (&["n"], "N"),
+    (&["ms"], "ms"),
+    (&["us"], "us"),
+    (&["ns"], "ns"),
+    (&["s"], "s"),
+    (&["deg"], "deg"),
+    (&["rad"], "rad"),
+    (&["k"], "K"),
+    (&["c"], "degC"),
+];
+
+/// How revolutions a minute are written, too.
+const PER_MINUTE: [&str; 5] = ["1/min", "u/min", "r/min", "rev/min", "min-1"];
+
+/// A name in words, its unit, and its number.
+pub(super) struct Words {
+    pub words: Vec<String>,
+    pub unit: Option<&'static str>,
+    pub number: Option<usize>,
+    /// Whether it names a part: `4N76`, a probe, is no number of a rotor.
+    pub has_part_name: bool,
+    /// Whether what stands in its brackets is a unit that nobody here knows: `steps/s`.
+    pub is_of_unknown_unit: bool,
+}
+
+impl Words {
+    pub fn of(name: &str) -> Self {
+        let (bare, bracket) = parted(name);
+        let mut unit = bracket.and_then(spelled);
+        let mut words = Vec::new();
+        let mut number = bracket.and_then(|text| text.parse().ok());
+        let mut word = String::new();
+        let mut before = ' ';
+        for letter in bare.chars().chain([' ']) {
+            let begins = letter.is_uppercase() && before.is_lowercase();
+            let turns = letter.is_ascii_digit() != before.is_ascii_digit() && !word.is_empty();
+            if !letter.is_alphanumeric() || begins || turns {
+                if let Ok(digits) = word.parse::<usize>() {
+                    number = number.or(Some(digits));
+                } else if !word.is_empty() {
+                    words.push(std::mem::take(&mut word));
+                }
+                word.clear();
+            }
+            if letter.is_alphanumeric() {
+                word.extend(letter.to_lowercase());
+            }
+            before = letter;
+        }
+        if bracket.is_some_and(|text| text.eq_ignore_ascii_case("erpm")) {
+            words.push("erpm".to_owned());
+        }
+        // Stands for two motors call them A and B: `ESC A (µs)`.
+        let letter = words.last().filter(|_| bracket.is_some() && words.len() > 1);
+        if let Some(of) = letter.and_then(|word| ["a", "b"].iter().position(|it| it == word)) {
+            number = number.or(Some(of + 1));
+            words.pop();
+        }
+        // A unit may end the name: `speed_rpm`, `body_rate_rad_s`.
+        let ends = |end: &[&str]| words.len() > end.len() && words[words.len() - end.len()..] == *end;
+        if let Some((end, spelling)) = ENDINGS.iter().find(|(end, _)| unit.is_none() && ends(end)) {
+            unit = Some(spelling);
+            words.truncate(words.len() - end.len().min(usize::from(*spelling != "rpm") * end.len()));
+        }
+        if unit.is_none() && words.iter().any(|word| word == "rpm") {
+            unit = Some("rpm");
+        }
+        let is_of_unknown_unit = unit.is_none() && bracket.is_some_and(|text| text.contains('/'));
+        Self { words, unit, number, has_part_name: has_part_name(bare), is_of_unknown_unit }
+    }
+
+    /// Its unit, for this meaning.
+    pub fn unit_for(&self, meaning: &Meaning) -> Option<&'static str> {
+        if meaning.si == "N" { self.unit.map(weight) } else { self.unit }
+    }
+
+    /// Whether it is a rate of the motor's field, in electrical revolutions.
+    pub fn is_electrical(&self) -> bool {
+        ["erpm", "e_rpm", "electrical_rpm"].iter().any(|word| self.has(word))
+    }
+
+    /// Whether this word says that, and nothing more.
+    pub fn is_electrical_by(&self, word: &str) -> bool {
+        word == "electrical" && self.is_electrical()
+    }
+
+    pub fn has(&self, wanted: &str) -> bool {
+        let parts: Vec<&str> = wanted.split('_').collect();
+        self.words.windows(parts.len()).any(|words| words == parts)
+    }
+}
+
+/// Whether a word of a name begins with a digit, and letters and digits follow: the name of a part.
+fn has_part_name(bare: &str) -> bool {
+    let mut words = bare.split(|letter: char| !letter.is_alphanumeric());
+    words.any(|word| {
+        let rest = word.trim_start_matches(|letter: char| letter.is_ascii_digit());
+        rest.len() < word.len()
+            && rest.starts_with(char::is_alphabetic)
+            && rest.contains(|it: char| it.is_ascii_digit())
+    })
+}
+
+/// A name without what stands in its last brackets, and that.
+fn parted(name: &str) -> (&str, Option<&str>) {
+    let name = name.trim();
+    for (open, close) in [('(', ')'), ('[', ']')] {
+        if let (Some(from), true) = (name.rfind(open), name.ends_with(close)) {
+            return (&name[..from], name.get(from + 1..name.len() - 1).map(str::trim));
+        }
+    }
+    (name, None)
+}
+
+/// A unit however it is capitalized.
+fn spelled(text: &str) -> Option<&'static str> {
+    if PER_MINUTE.iter().any(|it| it.eq_ignore_ascii_case(text)) {
+        return Some("rpm");
+    }
+    let exact = UNITS.iter().find(|unit| unit.name == text && !text.is_empty());
+    let close = || UNITS.iter().find(|unit| unit.name.eq_ignore_ascii_case(text) && !text.is_empty());
+    exact.or_else(close).map(|unit| unit.name)
+}
+
+/// What a unit measures.
+pub(super) fn measures(unit: &str, si: &str) -> bool {
+    UNITS.iter().any(|known| known.name == unit && known.si == si)
+}
+
+/// The force that a unit of mass means where a force is read: load cells are labelled in grams.
+pub(super) fn weight(unit: &'static str) -> &'static str {
+    match unit {
+        "g" => "gf",
+        "kg" => "kgf",
+        _ => unit,
+    }
+}
