@@ -100,7 +100,7 @@ fn plan(arguments: &PlanArguments) -> CliResult {
 fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
-    let refusal = |error: &FleetError| report::findings::explained(error);
+    let refusal = |error: &FleetError| report::fleet::refusal(&report::findings::explained(error));
     let hear = |event: ShardEvent| eprint!("{}", report::fleet::event(event));
     let failed = cancellable(|cancel| {
         let job = Job::unwatched(cancel);

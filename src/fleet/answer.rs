@@ -43,6 +43,34 @@ pub struct DiagnosisExtract {
     pub changed_parameters: Vec<ExtractedChange>,
     /// See `diagnose --json`.
     pub error: Errors,
+    /// See `diagnose --json`.
+    #[serde(default)]
+    pub candidates: Vec<Candidate>,
+}
+
+/// An effect that was tried, or was not.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Candidate {
+    /// Its id.
+    pub effect: String,
+    /// See `diagnose --json`.
+    #[serde(default)]
+    pub refusal: Option<Refused>,
+}
+
+/// Why an effect was not tried.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Refused {
+    /// See `diagnose --json`.
+    pub code: String,
+}
+
+impl Found {
+    /// Effects that the model has already.
+    pub(super) fn in_model(&self) -> Vec<String> {
+        let has = |it: &&Candidate| it.refusal.as_ref().is_some_and(|why| why.code == "in_model");
+        self.candidates.iter().filter(has).map(|it| it.effect.clone()).collect()
+    }
 }
 
 /// A parameter of an effect.

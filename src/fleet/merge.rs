@@ -69,8 +69,9 @@ fn row(path: &Path) -> Result<BenchRow, FleetError> {
     let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let page =
         path.with_extension("html").is_file().then(|| format!("{}.html", file.trim_end_matches(".json")));
-    let DiagnosisExtract { verdict, effects, alternatives, parameters, changed_parameters, error } =
-        found.unwrap_or_default();
+    let found = found.unwrap_or_default();
+    let in_model = found.in_model();
+    let DiagnosisExtract { verdict, effects, alternatives, parameters, changed_parameters, error, .. } = found;
     let of_effects = parameters.into_iter().filter_map(|(name, it)| Some((name, (it.value?, it.unit))));
     let changed = changed_parameters.into_iter().filter_map(|it| Some((it.name, (it.to?, it.unit))));
     Ok(BenchRow {
@@ -80,6 +81,7 @@ fn row(path: &Path) -> Result<BenchRow, FleetError> {
         error: answer.error,
         verdict,
         effects,
+        in_model,
         alternatives,
         parameters: of_effects.chain(changed).collect(),
         measure: error.measure,

@@ -24,6 +24,8 @@ pub struct BenchRow {
     pub verdict: String,
     /// Effects that are missing.
     pub effects: Vec<String>,
+    /// Effects that its model has already.
+    pub in_model: Vec<String>,
     /// Sets that the data cannot tell from it.
     pub alternatives: Vec<Vec<String>>,
     /// Value and unit of each parameter of the effects, and of each of the model's that has changed.
@@ -76,6 +78,8 @@ pub struct EffectCount {
     pub benches: usize,
     /// [-] of those that were diagnosed.
     pub share: f64,
+    /// Count of those whose model has it already.
+    pub in_models: usize,
 }
 
 /// How the values of a parameter are spread over the benches that have it.
@@ -125,7 +129,12 @@ impl Fleet {
     pub(super) fn of(rows: Vec<BenchRow>, missing: Vec<String>, notes: Vec<Finding>) -> Self {
         let diagnosed: Vec<&BenchRow> = rows.iter().filter(|row| row.error.is_none()).collect();
         let verdicts = counted(diagnosed.iter().map(|row| row.verdict.as_str()));
-        let effects = counted(diagnosed.iter().flat_map(|row| &row.effects).map(String::as_str));
+        let named = || diagnosed.iter().flat_map(|row| &row.effects).map(String::as_str);
+        let mut effects = counted(named());
+        // What every model has, and none lacks, stands below what is missing.
+        let in_models = counted(diagnosed.iter().flat_map(|row| &row.in_model).map(String::as_str));
+        let known = in_models.iter().filter(|(effect, _)| named().all(|it| it != effect));
+        effects.extend(known.map(|(effect, _)| (effect.clone(), 0)).collect::<Vec<_>>());
         let spreads = spreads(&diagnosed);
         let mut findings = notes;
         if diagnosed.len() >= THRESHOLDS.fewest_benches {
@@ -134,9 +143,10 @@ impl Fleet {
         }
         let share = |benches: usize| benches as f64 / diagnosed.len().max(1) as f64;
         let effects = effects.into_iter().map(|(effect, benches)| EffectCount {
-            effect,
             benches,
             share: share(benches),
+            in_models: in_models.iter().find(|(name, _)| *name == effect).map_or(0, |(_, benches)| *benches),
+            effect,
         });
         Self {
             missing,
@@ -202,19 +212,19 @@ fn unlike_in_effects(rows: &[&BenchRow], effects: &[(String, usize)]) -> Vec<Fin
     let usual = THRESHOLDS.usual_share * rows.len() as f64;
     let rare = rows.len() as f64 - usual;
     let mut found = Vec::new();
-    for (effect, benches) in effects {
-        let count = *benches as f64;
+    for (effect, _) in effects.iter().filter(|(_, named)| *named > 0) {
+        // A bench whose model has the effect has it.
+        let has_it = |row: &&&Row| row.effects.contains(effect) || row.in_model.contains(effect);
+        let benches = rows.iter().filter(has_it).count();
+        let count = benches as f64;
         let (code, has) = match count {
             _ if count >= usual => ("lacks_usual_effect", false),
             _ if count <= rare => ("has_rare_effect", true),
             _ => continue,
         };
-        let which = rows.iter().filter(|row| row.effects.contains(effect) == has);
+        let which = rows.iter().filter(|row| has_it(row) == has);
         found.extend(which.map(|row| {
-            Finding::new(code, effect.as_str())
-                .of(&row.bench)
-                .with("benches", *benches)
-                .with("of", rows.len())
+            Finding::new(code, effect.as_str()).of(&row.bench).with("benches", benches).with("of", rows.len())
         }));
     }
     found
@@ -278,6 +288,18 @@ mod tests {
             (fleet.parameters[0].median - 1.02).abs() < 1e-12,
             "of 19 values, three or four of each step"
         );
+    }
+
+    #[test]
+    fn a_bench_whose_model_has_an_effect_is_not_unlike_those_that_miss_it() {
+        let mut rows: Vec<Row> = (0..10).map(|at| row(at, &["heat"], 1.0)).collect();
+        rows[3].effects.clear();
+        rows[3].in_model = vec!["heat".to_owned(), "delay".to_owned()];
+        let fleet = Fleet::of(rows, Vec::new(), Vec::new());
+        assert_eq!(fleet.findings, []);
+        let counts: Vec<(&str, usize, usize)> =
+            fleet.effects.iter().map(|it| (it.effect.as_str(), it.benches, it.in_models)).collect();
+        assert_eq!(counts, [("heat", 9, 1), ("delay", 0, 1)]);
     }
 
     #[test]

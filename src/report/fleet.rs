@@ -32,6 +32,12 @@ pub fn page(fleet: &Fleet) -> Page {
     page
 }
 
+/// Why a bench has no diagnosis, of an error as a command with options says it: a plan has keys.
+#[must_use]
+pub fn refusal(error: &str) -> String {
+    error.replace("`--mapping`", "`mapping = \"FILE\"` of the bench in the plan")
+}
+
 /// A line for each thing heard of a shard.
 #[must_use]
 pub fn event(event: ShardEvent) -> String {
@@ -63,9 +69,10 @@ fn notes(fleet: &Fleet) -> Vec<String> {
 }
 
 fn effects(fleet: &Fleet) -> TextTable {
-    let table = TextTable::new(["missing effect", "benches", "share [%]"]);
+    let table = TextTable::new(["missing effect", "benches", "share [%]", "in the model of"]);
     fleet.effects.iter().fold(table, |table, it| {
-        table.row([it.effect.clone(), it.benches.to_string(), number(100.0 * it.share, 3)])
+        let counts = [it.benches.to_string(), number(100.0 * it.share, 3), it.in_models.to_string()];
+        table.row([it.effect.clone()].into_iter().chain(counts))
     })
 }
 
