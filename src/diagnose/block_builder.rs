@@ -21,6 +21,7 @@ use crate::log::segments::held_throughout;
 use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::channel_noise::ChannelNoise;
+use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
 use crate::signal::columns;
@@ -350,6 +351,10 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
         (!logs.iter().all(there)).then(|| EffectRefusal::ColumnLacking { column: need.clone() })
     });
     let of_gyro = || {
+        let is_made = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
+        if effect.site == Site::BodyRateSensor && effect.card.is_some() && logs.iter().any(is_made) {
+            return Some(Refusal::RateOfAngle);
+        }
         let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
         let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;
         Some(EffectRefusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })

@@ -7,10 +7,11 @@ use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
-use crate::effect::find;
-use crate::estimation::moments::mean_square;
+use crate::effect::{Law, find};
+use crate::estimation::moments::{mean_of, mean_square};
 use crate::estimation::slope::slope;
 use crate::model::Model;
+use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedBody, ScreenedLog};
 use crate::signal::columns;
@@ -33,9 +34,12 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
             let name = found.split.train.channels()[channel].name;
             warnings.push(Finding::new("error_above_floor", name).with("times_floor", over));
             warnings.extend(slow_drift(logs, found));
+            warnings.extend(battery_or_time(logs, found));
         }
         if turns_against_torque(found) {
-            warnings.push(Finding::new("turns_against_torque", "body"));
+            let is_of_angle = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
+            let of_angle = usize::from(logs.iter().any(is_of_angle));
+            warnings.push(Finding::new("turns_against_torque", "body").with("rate_of_angle", of_angle));
         }
         warnings.extend(at_bounds(found));
         warnings.extend(not_known(&found.answer.model, &found.answer.effects));
@@ -182,6 +186,34 @@ fn slow_drift(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
             .of(log)
             .with("rad_s_each_second", steepest.0)
             .with("share", share)
+    })
+}
+
+/// A battery, or heat, that is taken for what is missing in part, where the battery falls steadily with the time of every log: what
+/// comes with the one comes with the other, and with any drift.
+fn battery_or_time(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
+    let is_slow = |id: &&String| {
+        let reads = |card: &crate::effect::Card| card.needs.contains(&columns::BATTERY_VOLTAGE);
+        let heats = |card: &crate::effect::Card| matches!(card.law, Law::Memory(memory) if memory.slow);
+        find(id).is_some_and(|card| card.site.is_rotor() && (reads(card) || heats(card)))
+    };
+    let gain = found.changed.iter().find(|name| *name == "voltage_gain");
+    let subject = found.answer.effects.iter().find(is_slow).or(gain)?;
+    let (mut time, mut volts) = (Vec::new(), Vec::new());
+    for log in logs.iter().map(ScreenedLog::dataset) {
+        let read = log.column(columns::BATTERY_VOLTAGE)?.iter().zip(log.time());
+        for (value, at) in read.filter(|(value, _)| value.is_finite()) {
+            time.push(at - log.time()[0]);
+            volts.push(*value);
+        }
+    }
+    let (slope, spread) = slope(&time, &volts);
+    let mean = mean_of(volts.iter().copied());
+    let all: f64 = volts.iter().map(|value| (value - mean).powi(2)).sum();
+    let share = if all > 0.0 { slope * slope * spread / all } else { 0.0 };
+    (share >= THRESHOLDS.battery_with_time).then(|| {
+        let finding = Finding::new("battery_or_time", subject.as_str()).with("logs", logs.len());
+        finding.with("share", share).with("v_each_minute", 60.0 * slope)
     })
 }
 

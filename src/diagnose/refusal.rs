@@ -52,6 +52,9 @@ pub enum EffectRefusal {
         /// [ms] its standard error.
         error_ms: f64,
     },
+    /// A law of the gyro, and no gyro measured the rate.
+    #[error("the rate is a difference of the angle: no gyro measured it")]
+    RateOfAngle,
     /// A log has not got what the effect reads.
     #[error("needs `{column}`, which a log lacks")]
     ColumnLacking {

@@ -204,6 +204,8 @@ crate::thresholds! {
     at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
+    /// [-] share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
+    battery_with_time: f64 = 0.8, "-", "judgement";
     /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
     /// from so far between the command and its lag on a row is on the way to a new level

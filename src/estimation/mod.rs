@@ -6,6 +6,7 @@ pub(crate) mod censored_normal;
 pub mod consistency;
 pub mod cross_correlation;
 pub mod dependence;
+pub(crate) mod dependent_columns;
 pub mod estimate;
 pub(crate) mod fit_problem;
 pub mod frequency_response;

@@ -3,6 +3,7 @@
 //! case, and its findings then name wrong reasons.
 
 use super::command_timing;
+use super::response_sign::answers_downwards;
 use super::rotor_mismatch::{self, FittedRotor};
 use super::single_rotor_fit::{SingleRotorFit, excited_part, follows, lag, scatter};
 use super::thresholds::THRESHOLDS;
@@ -135,14 +136,16 @@ fn too_slow(rotor: &RotorLog, follows: &SingleRotorFit, expected: f64) -> Option
     (follows.is_plain() && pole < THRESHOLDS.slowest_pole).then(|| Suspicion::impossible_if(is_unit, finding))
 }
 
-/// A rotor that slows down when it is commanded more.
+/// A rotor that slows down when it is commanded more: by a curve that falls, and by what its rates do right behind each change of the
+/// command. A curve alone may fall for another reason: in flight a controller makes the commands, and takes back what a rotor has
+/// too much of.
 fn falls(rotor: &RotorLog, follows: Option<&SingleRotorFit>) -> Option<Finding> {
     let moving = follows.filter(|follows| follows.is_plain()).and_then(|follows| {
         let (low, high) = follows.range;
         let fall = follows.at(low, 0.0).value - follows.at(high, 0.0).value;
         (fall > THRESHOLDS.falling_rate_rms * follows.fit.residual_rms).then_some((low, high))
     });
-    let (low, high) = moving.or_else(|| falls_steadily(rotor))?;
+    let (low, high) = moving.or_else(|| falls_steadily(rotor)).filter(|_| answers_downwards(rotor))?;
     let falls = rotor.finding("rate_falls_with_command");
     Some(falls.with("lowest_command", low).with("highest_command", high))
 }

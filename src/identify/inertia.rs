@@ -113,6 +113,7 @@ fn can_show_inertia(screened: &ScreenedLog, warnings: &mut Vec<Finding>) -> bool
         warnings.extend(found.iter().cloned());
         return false;
     }
+    warnings.extend(screened.body().into_iter().flat_map(ScreenedBody::remarks).cloned());
     let (inertia, is_rate) = match screened.units() {
         None => return true,
         Some(Mistaken::Rate(_) | Mistaken::Time(_)) => ("not_identified", false),

@@ -33,6 +33,7 @@ mod omitted_torque;
 pub(crate) mod pipeline;
 mod ramp_lag;
 mod regressors;
+mod response_sign;
 mod result;
 mod rotor_error;
 mod rotor_mismatch;

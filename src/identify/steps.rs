@@ -20,6 +20,7 @@ use super::{Estimate, IdentifiedActuator};
 use crate::estimation::{unknown_instants, variable_projection};
 use crate::model::polynomial;
 use crate::screening::attitude::Mistaken;
+use crate::screening::checks::command_follows_rate::COMMAND_FOLLOWS_RATE;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{RotorLog, VoltageInstrument};
 use crate::screening::{Finding, ScreenedLog};
@@ -132,8 +133,12 @@ impl Work<'_> {
     pub(crate) fn static_curve(&mut self) {
         const STEP: &str = "static_curve";
         let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
-        let rows =
-            steady_rows::steady_rows(&self.rotors, gain.value, self.full_voltage(), self.joint.is_none());
+        let (governed, free): (Vec<RotorLog>, Vec<RotorLog>) =
+            self.rotors.iter().cloned().partition(|rotor| self.is_governed(rotor));
+        if free.is_empty() && !governed.is_empty() {
+            return self.lacks(STEP, "commands_regulated");
+        }
+        let rows = steady_rows::steady_rows(&free, gain.value, self.full_voltage(), self.joint.is_none());
         let Some(rows) = rows else {
             return self.lacks(STEP, "no_ramps_and_no_levels");
         };
@@ -160,6 +165,12 @@ impl Work<'_> {
         let fitted = fitted.with("from", from).with("lowest_command", curve.range.0);
         self.note(STEP, true, fitted.with("highest_command", curve.range.1));
         self.static_curve = Some(curve);
+    }
+
+    /// Whether a controller makes this rotor's command from its rate: its ramps and levels are no experiment.
+    fn is_governed(&self, rotor: &RotorLog) -> bool {
+        let own = rotor.finding(COMMAND_FOLLOWS_RATE);
+        self.findings.iter().any(|it| it.code == own.code && it.place() == own.place())
     }
 
     pub(crate) fn pole(&mut self) {

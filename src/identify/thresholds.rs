@@ -31,6 +31,10 @@ crate::thresholds! {
     other_rotor_error_share: f64 = 0.5, "-", "judgement";
     /// [-] rms errors of the fit by which a curve must fall over the commands before the command counts the other way round.
     falling_rate_rms: f64 = 2.0, "-", "judgement";
+    /// [s] over which a command's change, and the rate's behind it, are taken for the sign of an answer.
+    answer_span: f64 = 0.1, "s", "a rotor of 10 1/s has gone most of its way";
+    /// [-] times what the rate did before the command changed that it must do behind it: along a ramp both are the same.
+    answer_behind: f64 = 0.9, "-", "judgement";
     /// [-] range of steady commands below which nothing is said of where the curve goes.
     narrowest_steady_range: f64 = 0.05, "-", "judgement";
     /// [-] correlation of steady rates with their commands below which the rates fall.

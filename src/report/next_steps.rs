@@ -7,6 +7,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{ONE_DIRECTION, is_of_other_bench};
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::effect::{self, Site, Term, find};
+use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
 use crate::signal::columns;
 
 /// `stem.toml`, or the first of `stem_2.toml`, `stem_3.toml`, ... that is neither there nor the model that it starts from:
@@ -213,9 +214,17 @@ struct Commands {
     discover: String,
 }
 
+fn has(diagnosis: &Diagnosis, code: &str) -> bool {
+    diagnosis.findings.iter().any(|finding| finding.code == code)
+}
+
 /// The steps that a verdict asks for.
 fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
     match diagnosis.verdict {
+        _ if diagnosis.turns_against_torque && has(diagnosis, RATE_OF_ANGLE) => vec![NextStep::say(
+            "Look whether the angle's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose again. What \
+             is named before that only comes nearest.",
+        )],
         _ if diagnosis.turns_against_torque => vec![NextStep::say(
             "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
              again. What is named before that only comes nearest.",

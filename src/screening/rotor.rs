@@ -13,7 +13,7 @@ pub(crate) struct CheckedRotor<'a> {
     pub missing: Missing,
     /// [rad/s] its rates as they were measured; empty without a column.
     pub measured: &'a [f64],
-    /// Rows at which it stands or starts, by its rates before any check took one out.
+    /// Rows at which it stands or starts, ascending, by its rates before any check took one out.
     pub at_rest: Vec<usize>,
 }
 

@@ -10,16 +10,17 @@
 //! - **Commands of rotors that nobody measured** drive it through the model of the rotors: the rows of [`ScreenedRotor`] in which
 //!   the commands are known, and not those in which a rotor stands or starts, for which that model has no law.
 //!
-//! A body that was **held still** answers to nothing, and none of its rows says anything (`body_held`).
+//! A body that stands at a **stop** is not free, and a stretch ends there (`end_stop`). One that was **held still** answers to nothing, and none of its rows says anything (`body_held`).
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
 use super::body::CheckedBody;
-use super::channel::rates_of_both;
+use super::channel::{Judgement, rates_of_both};
 use super::checks;
 use super::checks::body_held::BODY_HELD;
+use super::checks::end_stop::END_STOP;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::missing_commands;
 use super::readings;
@@ -60,8 +61,31 @@ pub struct ScreenedBody {
     stretches: Vec<Range<usize>>,
     left_out: LeftOut,
     torque: Option<Vec<f64>>,
-    /// What the checks found in it as a whole.
+    checked: Checked,
+}
+
+/// What the checks made of a body.
+#[derive(Debug, Clone)]
+struct Checked {
+    /// What they found in it as a whole.
     found: Vec<Finding>,
+    /// What they found in its rows, and say of its columns.
+    said: Vec<Finding>,
+    /// Rows in which it is free.
+    free: Vec<Range<usize>>,
+}
+
+impl Checked {
+    fn of(body: &Body) -> Self {
+        let found: Vec<Finding> = checks::BODY.iter().filter_map(|check| check(body)).collect();
+        // Of a body that was held nothing more is to be said.
+        let of_rows = if found.is_empty() { checks::BODY_ROWS } else { &[] };
+        let judged: Vec<Judgement> = of_rows.iter().filter_map(|check| check(body)).collect();
+        let mut is_free = vec![true; body.log.len()];
+        judged.iter().flat_map(|judged| &judged.rows).for_each(|row| is_free[*row] = false);
+        let free = runs(is_free.len(), |row| is_free[row]);
+        Self { found, said: judged.into_iter().map(|judged| judged.finding).collect(), free }
+    }
 }
 
 /// One of what drives the body.
@@ -77,13 +101,7 @@ struct Input<'a> {
 impl<'a> Input<'a> {
     fn measured(log: &Dataset, rates: &[f64]) -> Self {
         let carried = readings::carried(log.time(), rates);
-        let mut known: Vec<Range<usize>> = Vec::new();
-        for row in (0..carried.len()).filter(|row| carried[*row].is_finite()) {
-            match known.last_mut() {
-                Some(run) if run.end == row => run.end = row + 1,
-                _ => known.push(row..row + 1),
-            }
-        }
+        let known = runs(carried.len(), |row| carried[row].is_finite());
         Self { known, lacks: ROTOR_RATE_MISSING, modelled: None }
     }
 
@@ -115,14 +133,14 @@ impl ScreenedBody {
         let rates = rates_of_both(log);
         let body =
             CheckedBody { log, rate: body_rate, rotors: rotors.iter().map(ScreenedRotor::data).collect() };
-        let found: Vec<Finding> = checks::BODY.iter().filter_map(|check| check(&body)).collect();
+        let checked = Checked::of(&body);
         if let [Some(first), Some(second)] = rates {
             let inputs = [first, second].map(|rates| Input::measured(log, rates));
-            return Some(Self::driven(log, &inputs, DrivenBy::MeasuredRates, found));
+            return Some(Self::driven(log, inputs.into(), DrivenBy::MeasuredRates, checked));
         }
         if let Some(torque) = log.column(TORQUE_COMMAND) {
             let (input, torque) = Input::torque(log, torque);
-            let body = Self::driven(log, &[input], DrivenBy::TorqueCommand, found);
+            let body = Self::driven(log, vec![input], DrivenBy::TorqueCommand, checked);
             return Some(Self { torque: Some(torque), ..body });
         }
         let input = |(number, rates): (usize, Option<&[f64]>)| match rates {
@@ -130,7 +148,7 @@ impl ScreenedBody {
             None => rotors.iter().find(|rotor| rotor.number() == number).map(Input::commanded),
         };
         let inputs: Option<Vec<Input>> = (1..=ROTORS).zip(rates).map(input).collect();
-        Some(Self::driven(log, &inputs?, DrivenBy::Commands, found))
+        Some(Self::driven(log, inputs?, DrivenBy::Commands, checked))
     }
 
     /// The same as driven by the commands of both rotors, whatever else is known; `None` when they are not.
@@ -138,10 +156,11 @@ impl ScreenedBody {
         let rotor = |number| rotors.iter().find(|rotor| rotor.number() == number);
         let inputs: Option<Vec<Input>> =
             (1..=ROTORS).map(|number| rotor(number).map(Input::commanded)).collect();
-        Some(Self::driven(log, &inputs?, DrivenBy::Commands, self.found.clone()))
+        Some(Self::driven(log, inputs?, DrivenBy::Commands, self.checked.clone()))
     }
 
-    fn driven(log: &Dataset, inputs: &[Input], driven_by: DrivenBy, found: Vec<Finding>) -> Self {
+    fn driven(log: &Dataset, mut inputs: Vec<Input>, driven_by: DrivenBy, checked: Checked) -> Self {
+        inputs.push(Input { known: checked.free.clone(), lacks: END_STOP, modelled: None });
         let segments = log.segments();
         let each = inputs.iter().map(|input| &input.known[..]);
         let stretches = each.fold(segments.clone(), |known, input| common(&known, input));
@@ -152,7 +171,7 @@ impl ScreenedBody {
                 why[row].get_or_insert(code);
             });
         };
-        for input in inputs {
+        for input in &inputs {
             leave_out(&mut beside(&input.known, log.len()), input.lacks);
             let rests = |row: &usize| input.modelled.is_some_and(|rotor| rotor.rests(*row));
             leave_out(&mut (0..log.len()).filter(rests), STANDSTILL);
@@ -160,13 +179,17 @@ impl ScreenedBody {
         // A row alone between two gaps.
         leave_out(&mut beside(&stretches, log.len()), HOLES);
         let left_out = LeftOut::of(why.into_iter());
-        Self { driven_by, stretches, left_out, torque: None, found }
+        Self { driven_by, stretches, left_out, torque: None, checked }
     }
 
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
+        let is_free = |own: &usize| whole.left_out.reason(*own) != Some(END_STOP);
+        let free = runs(rows.len(), |row| is_free(&rows[row]));
+        self.stretches = common(&self.stretches, &free);
         self.left_out = self.left_out.and_of(&whole.left_out, rows);
-        self.found.clone_from(&whole.found);
+        self.checked.found.clone_from(&whole.checked.found);
+        self.checked.said.clone_from(&whole.checked.said);
     }
 
     /// What drives it.
@@ -178,7 +201,7 @@ impl ScreenedBody {
     /// Whether it was held still: it answers to nothing.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.found.iter().any(|finding| finding.code == BODY_HELD)
+        self.has(BODY_HELD)
     }
 
     /// Stretches of rows without a hole over which it is known what drives it; a simulation starts anew with each.
@@ -190,13 +213,25 @@ impl ScreenedBody {
     /// Why neither rate nor angle is scored in a row: a code; `None` where they are, if they were measured.
     #[must_use]
     pub fn reason(&self, row: usize) -> Option<&'static str> {
-        self.found.first().map(|finding| finding.code).or_else(|| self.left_out.reason(row))
+        self.checked.found.first().map(|finding| finding.code).or_else(|| self.left_out.reason(row))
     }
 
     /// What was found in it as a whole; then none of its rows is scored.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
-        &self.found
+        &self.checked.found
+    }
+
+    /// What was found in some of its rows, and what is said of its columns.
+    #[must_use]
+    pub fn remarks(&self) -> &[Finding] {
+        &self.checked.said
+    }
+
+    /// Whether a check found this.
+    #[must_use]
+    pub fn has(&self, code: &str) -> bool {
+        self.checked.found.iter().chain(&self.checked.said).any(|finding| finding.code == code)
     }
 
     /// A channel of the body, not-a-number in the rows in which what drives it is not known.
@@ -208,6 +243,18 @@ impl ScreenedBody {
     pub(crate) fn torque(&self) -> &[f64] {
         self.torque.as_deref().unwrap_or_default()
     }
+}
+
+/// Runs of the rows up to `end` of which this is true.
+fn runs(end: usize, is: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for row in (0..end).filter(|row| is(*row)) {
+        match runs.last_mut() {
+            Some(run) if run.end == row => run.end = row + 1,
+            _ => runs.push(row..row + 1),
+        }
+    }
+    runs
 }
 
 /// Rows up to `end` that are in none of the ranges, which ascend.

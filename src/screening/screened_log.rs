@@ -8,6 +8,7 @@ use super::attitude::{Attitude, Mistaken};
 use super::battery::CheckedBattery;
 use super::channel::{self, CheckedChannel, Judgement, OF_BODY};
 use super::checks;
+use super::checks::rate_of_angle::{self, RATE_OF_ANGLE};
 use super::column::{CheckedColumn, Remark};
 use super::rotor_data::HeldVoltage;
 use super::screened_body::ScreenedBody;
@@ -106,8 +107,7 @@ impl ScreenedChannel {
 impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
-        let judged = spread(&names, |name| ScreenedChannel::of(&raw, name));
-        let channels = judged.into_iter().flatten().collect();
+        let channels = spread(&names, |name| ScreenedChannel::of(&raw, name)).into_iter().flatten().collect();
         let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
         Self(Arc::new(Judged::of(raw, channels, of_columns, |battery| {
             checks::BATTERY.iter().find_map(|check| check(battery))
@@ -132,8 +132,7 @@ impl Judged {
             let rates = channels.iter().find(|channel| channel.name == rate);
             ScreenedRotor::of(log, voltage.as_ref(), number, rates.map_or(&[], |channel| &channel.judgements))
         };
-        let numbers: Vec<usize> = (1..=MOST_ROTORS).collect();
-        let rotors = spread(&numbers, |number| rotor(*number));
+        let rotors = spread(&(1..=MOST_ROTORS).collect::<Vec<_>>(), |number| rotor(*number));
         let mut rotors: Vec<ScreenedRotor> = rotors.into_iter().flatten().collect();
         if let Some((first, others)) = rotors.split_first_mut() {
             others.iter_mut().for_each(|other| other.see_through_as(first));
@@ -149,6 +148,9 @@ impl Judged {
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
         let found = judge(&CheckedBattery { log, turning: turning.collect() });
         let of_battery = found.clone();
+        let slopes =
+            body.as_ref().filter(|it| it.has(RATE_OF_ANGLE)).and_then(|_| rate_of_angle::slopes(log));
+        rate_of_angle::put(slopes, &raw, &mut cleaned);
         if let Some((channel, found)) =
             channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(found)
         {
@@ -314,10 +316,10 @@ impl ScreenedLog {
         self.0.columns.iter().map(|it| &it.finding)
     }
 
-    /// What was found in its body: its units, and whether it was held.
+    /// What was found in its body: its units, whether it was held, where it stood at a stop.
     pub fn body_findings(&self) -> impl Iterator<Item = &Finding> {
-        let held = self.body().map_or(&[][..], ScreenedBody::findings);
-        self.units().map(Mistaken::finding).into_iter().chain(held)
+        let of_body = self.body().into_iter().flat_map(|body| body.findings().iter().chain(body.remarks()));
+        self.units().map(Mistaken::finding).into_iter().chain(of_body)
     }
 
     /// What was found in it: its columns' names, its channels, its rotors, its body.
@@ -403,11 +405,15 @@ impl ScreenedLog {
                 body.keep_to(whole, &rows);
             }
         }
+        let made = self.body().filter(|body| body.has(RATE_OF_ANGLE));
+        let rates = made.and_then(|_| self.dataset().column(columns::BODY_RATE));
+        let rates = rates.map(|rates| rows.iter().map(|row| rates[*row]).collect());
+        rate_of_angle::put(rates, &judged.raw, &mut judged.cleaned);
         Self(Arc::new(judged))
     }
 }
 
-/// The same of several logs.
+/// Judges several logs.
 #[must_use]
 pub fn screened(logs: &[Dataset]) -> Vec<ScreenedLog> {
     logs.iter().map(ScreenedLog::of).collect()

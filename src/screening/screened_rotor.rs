@@ -53,13 +53,13 @@ impl ScreenedRotor {
         rates.iter().rev().for_each(|judged| mark(&mut why, judged));
         let suspicions = look_at_columns(&rotor);
         mark_unknown(&mut why, log, &rotor.data);
-        let mut rests = vec![false; log.len()];
-        rotor.at_rest.iter().for_each(|row| rests[*row] = true);
         let mut findings = Vec::new();
         for judged in checks::ROTOR.iter().filter_map(|check| check(&mut rotor)) {
             mark(&mut why, &judged);
             findings.push(judged.finding);
         }
+        let mut rests = vec![false; log.len()];
+        rotor.at_rest.iter().for_each(|row| rests[*row] = true);
         let (runs, short) = rotor.data.split_runs(rotor.measured);
         for row in short {
             (rotor.data.rate[row], why[row]) = (f64::NAN, Some(SHORT_RUN));

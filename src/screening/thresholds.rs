@@ -198,6 +198,26 @@ crate::thresholds! {
     standing_share: f64 = 0.05, "-", "judgement";
     /// [s] after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
+    /// Share of a rotor's greatest measured rate up to which it stands still, where the command would turn it: noise of a sensor.
+    stall_share: f64 = 0.01, "-", "judgement";
+    /// [s] for which a rate on its way to a standstill may pause: a longer one is where the fall began.
+    stall_pause: f64 = 0.1, "s", "made logs of the room's tests";
+    /// Readings from which it is asked whether what is new in a channel is another's: a command made from a rate, a rate from an angle.
+    new_fewest: usize = 200, "count", "judgement";
+    /// Readings of a long log that are looked at for that.
+    new_most: usize = 5_000, "count", "time of computing";
+    /// Readings before one on which what comes next may depend.
+    new_before: usize = 3, "count", "judgement";
+    /// Readings by which a controller answers later, at the most.
+    loop_latest: usize = 3, "count", "judgement";
+    /// Share of the readings before which a controller's command moves, at least: an experiment holds its levels.
+    loop_moves: f64 = 0.5, "-", "judgement";
+    /// Correlation of what is new in the rate with what is new in the command below which a controller makes it.
+    loop_correlation: f64 = -0.3, "-", "made logs: -0.45 and below; experiments: -0.1 and above";
+    /// Times its usual size beyond which what is new is a step of a setpoint.
+    loop_clip: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// Passes in which such steps are taken out.
+    loop_passes: usize = 3, "count", "judgement";
     /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
     seldom_readings: f64 = 2.5, "time constants", "judgement";
     /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
@@ -244,6 +264,30 @@ crate::thresholds! {
     held_imbalance: f64 = 0.05, "-", "noise of rotor rates of 2 % makes 4 %";
     /// Times its noise up to which a body that is held still may move.
     held_motion: f64 = 3.0, "-", "judgement";
+    /// [s] for which a body stands at an end of its travel, at least, before that may be a stop.
+    stop_shortest: f64 = 1.0, "s", "judgement";
+    /// Times that it comes to that end, at least.
+    stop_arrivals: usize = 2, "count", "made logs with dry friction";
+    /// [s] behind a change of what drives it by when a free body is seen moving.
+    stop_answer: f64 = 0.5, "s", "judgement";
+    /// Times what noise makes of a standing angle within which it is at its end.
+    stop_band: f64 = 2.0, "-", "judgement";
+    /// Parts of a standing, the inner and the outer of which have one level: a turning point goes there and back.
+    stop_parts: usize = 3, "count", "judgement";
+    /// Times what noise makes of a standing angle within which that is one level.
+    stop_level: f64 = 0.5, "-", "judgement";
+    /// Times what noise makes of an angle that it must travel, for its ends to be looked at.
+    stop_travel: f64 = 20.0, "-", "judgement";
+    /// Share of its standing at the ends that a body with friction stands elsewhere although it is driven.
+    stop_elsewhere: f64 = 0.25, "-", "made logs of the room's tests";
+    /// Rows before one whose angles its rate may be made of: a filter's part beyond shows in the rates before.
+    angle_before: usize = 4, "count", "judgement";
+    /// Those angles, the row's own and the next one's.
+    angles: usize = 6, "count", "`angle_before` and two";
+    /// Correlation of neighbouring third differences of an angle below which its noise is what is new in it: -0.75 of noise, -0.67 of steps.
+    angle_noise: f64 = -0.6, "-", "arithmetic";
+    /// Share of what is new in a rate that its angle may leave over, for the one to be made from the other.
+    angle_explains: f64 = 0.3, "-", "made logs of the room's tests: 0.05 and below; gyros: 0.6 and above";
     /// [s] windows in which it would: what a gyro drifts meanwhile is no motion.
     held_window: f64 = 0.5, "s", "judgement";
     /// Fewest readings of a run that say anything of a rotor, where its start has to be found from them, too.

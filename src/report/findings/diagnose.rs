@@ -59,11 +59,19 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "nothing_to_change" => {
             "these logs do not ask for other numbers than the model has; nothing was written".to_owned()
         }
-        "turns_against_torque" => {
-            "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
-             and whether rotors 1 and 2 are exchanged, before anything else"
-                .to_owned()
-        }
+        "turns_against_torque" => format!(
+            "the body moves, but not as the torque on it would have it: look whether the {} sign is that of the torque, \
+             and whether rotors 1 and 2 are exchanged, before anything else",
+            if finding.count("rate_of_angle") > 0 { "angle's" } else { "gyro's" }
+        ),
+        "battery_or_time" => format!(
+            "{subject}: the battery falls steadily in {} ({:+.2} V a minute, {:.0} % of what it does), so battery, heat and drift look \
+             the same here; record the same commands again with the battery at another charge and the motor cold: what is the \
+             battery's goes with the voltage, what is heat's comes again with the time",
+            if finding.count("logs") == 1 { "this log" } else { "all of these logs" },
+            finding.number("v_each_minute"),
+            100.0 * finding.number("share")
+        ),
         "only_in_training" => format!(
             "{subject}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: these logs go \
              where the held-out ones do not, or something happened in them; record more of it, or diagnose all logs without \

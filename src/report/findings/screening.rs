@@ -16,6 +16,7 @@ pub(crate) fn sentence(finding: &Finding, text: fn(&Finding) -> String) -> Optio
         .or_else(|| rotor::sentence(finding))
         .or_else(|| beside_model::sentence(finding))
         .or_else(|| body(finding))
+        .or_else(|| body_rows(finding))
         .or_else(|| log(finding, text))
         .or_else(|| summary::sentence(finding))
 }
@@ -61,6 +62,29 @@ fn body(finding: &Finding) -> Option<String> {
         _ => "",
     };
     Some(said + inertia)
+}
+
+/// What is found in the rows of a body, and of its columns.
+fn body_rows(finding: &Finding) -> Option<String> {
+    Some(match finding.code {
+        "end_stop" => format!(
+            "the body stands at {:.3} rad, an end of its travel, from {:.1} to {:.1} s{} while what drives it changes: a stop holds it, \
+             and {} samples there are left out",
+            finding.number("angle_rad"),
+            finding.number("from_s"),
+            finding.number("to_s"),
+            cells::more_places(finding),
+            finding.rows
+        ),
+        "rate_is_angle_difference" => format!(
+            "rate and angle of the body are one measurement: all but {:.0} % of what is new in the rate follows from the angle beside it, \
+             {:.0} ms late (a filtered difference; no gyro knows the noise of an encoder); nothing is said of a gyro, and what is \
+             held against a model is the angle's slope at each row, which is not late",
+            100.0 * finding.number("left_share"),
+            finding.number("lag_ms")
+        ),
+        _ => return None,
+    })
 }
 
 /// Logs that have no part, or too much of one, and columns that are not read.

@@ -62,7 +62,7 @@ pub(super) fn body_may_move(log: &Dataset, rows: &[usize]) -> bool {
 }
 
 /// Greatest less least of what is finite.
-fn range(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn range(values: impl Iterator<Item = f64>) -> f64 {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     let finite = values.filter(|value| value.is_finite());
     let (low, high) = finite.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
@@ -90,7 +90,7 @@ fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
 }
 
 /// What turns the body, up to a factor: a torque, or the one rotor's command less the other's; of one rotor its own.
-fn drive(log: &Dataset) -> Option<Vec<f64>> {
+pub(super) fn drive(log: &Dataset) -> Option<Vec<f64>> {
     if let Some(torque) = log.column(TORQUE_COMMAND) {
         return Some(torque.to_vec());
     }

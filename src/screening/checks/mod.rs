@@ -71,8 +71,10 @@ checks! {
     ROTOR: fn(&mut CheckedRotor) -> Option<Judgement> = [
         command_saturated,
         standstill,
+        stalled,
         transient_behind_hole,
         uncommanded_motion,
+        command_follows_rate,
         // Looks at the answers to steps that are left.
         steps_between_rows,
         // Says how many of the rates are used: all others come before it.
@@ -90,6 +92,12 @@ checks! {
     /// Of the body as a whole: where one of them finds something, none of its rows is scored.
     BODY: fn(&CheckedBody) -> Option<Finding> = [
         body_held,
+    ];
+
+    /// Of the rows of the body, and of its columns: which of them are no motion of a free body, and what is said of the others.
+    BODY_ROWS: fn(&Body) -> Option<Judgement> = [
+        rate_of_angle,
+        end_stop,
     ];
 
     /// Of the units of time and of the body's rate and angle; the first that finds something decides.

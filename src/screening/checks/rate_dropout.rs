@@ -44,7 +44,9 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
         let is_first = at == 0 && rows.iter().all(|row| command[*row] >= THRESHOLDS.dropout_turns);
         let is_missed = is_first && is_up(time, rate, &known[count..]);
         // Once it must have started and has not, it was not measured from the beginning.
-        if is_short || is_missed || rows.iter().any(|row| is_started[*row - segment.start]) {
+        let was_measured = || is_standstill(time, rate, [&known[..at], &known[at + count..]]);
+        let has_started = rows.iter().any(|row| is_started[*row - segment.start]);
+        if is_short || is_missed || has_started && !was_measured() {
             zeros.extend(rows.iter().filter(is_commanded));
         }
         at += count.max(1);
@@ -55,13 +57,34 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
 /// Whether the first of these rows reads what a rotor reads that turned before: one that starts climbs from near zero, and
 /// has got far when as little time is over as this looks away from.
 fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
-    let Some(first) = rows.first() else { return false };
-    let behind = rows.iter().filter(|row| {
-        (THRESHOLDS.dropout_got_far..THRESHOLDS.dropout_started).contains(&(time[**row] - time[*first]))
-    });
-    let sizes = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0);
-    quantile(sizes, THRESHOLDS.dropout_low)
-        .is_some_and(|low| rate[*first].abs() >= THRESHOLDS.dropout_at_once * low)
+    rows.first()
+        .zip(reached(time, rate, rows.iter()))
+        .is_some_and(|(first, low)| rate[*first].abs() >= THRESHOLDS.dropout_at_once * low)
+}
+
+/// [rad/s] what is read at the least some way from the first of these rows, where a rotor that began to turn there has got far.
+fn reached<'a>(time: &[f64], rate: &[f64], rows: impl Iterator<Item = &'a usize>) -> Option<f64> {
+    let mut rows = rows.peekable();
+    let first = time[**rows.peek()?];
+    let ages = rows.map(|row| ((time[*row] - first).abs(), rate[*row].abs()));
+    let within = ages.take_while(|(age, _)| *age < THRESHOLDS.dropout_started);
+    let far = within.filter(|(age, size)| *age >= THRESHOLDS.dropout_got_far && *size > 0.0);
+    quantile(far.map(|(_, size)| size), THRESHOLDS.dropout_low)
+}
+
+/// Whether a standstill between these rows was a true one: the rotor came to rest before it, or begins to turn behind it, by readings
+/// below what it has elsewhere.
+fn is_standstill(time: &[f64], rate: &[f64], [before, behind]: [&[usize]; 2]) -> bool {
+    let least =
+        quantile(rate.iter().map(|rate| rate.abs()).filter(|size| *size > 0.0), THRESHOLDS.dropout_low);
+    let is_part = |row: Option<&usize>, reached: Option<f64>| {
+        let part = |of: Option<f64>| {
+            row.zip(of).is_some_and(|(row, of)| rate[*row].abs() < THRESHOLDS.dropout_at_once * of)
+        };
+        part(reached) && part(least)
+    };
+    is_part(before.last(), reached(time, rate, before.iter().rev()))
+        || is_part(behind.first(), reached(time, rate, behind.iter()))
 }
 
 /// Where in a segment a rotor has been commanded to turn for so long that it does.

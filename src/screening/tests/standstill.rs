@@ -40,3 +40,46 @@ fn a_rotor_that_has_not_started_yet_stands_whatever_is_commanded() {
     let first = of_log.scored().map(|row| of_log.data().time[row]).next().expect("some count");
     assert!((7.46..7.53).contains(&first), "{first}: {:?}", stalls.1);
 }
+
+/// A rotor of 12 1/s that loses its motor under a command of 0.12 or more at 8 s, stands at exactly 0 for 4.8 s and runs up again:
+/// what counts is what it does before its fall and half a second after its start.
+#[test]
+fn a_stall_while_the_rotor_is_commanded_is_no_evidence_of_its_law() {
+    let stalled = |command: fn(f64) -> f64| {
+        rotor(command, move |t, rate| {
+            let fallen = (-12.0 * (t - 7.7)).exp();
+            let risen = 1.0 - (-12.0 * (t - 12.5)).exp();
+            match t {
+                _ if t < 7.7 => rate,
+                _ if t < 8.0 => rate * fallen,
+                _ if t < 12.5 => 0.0,
+                _ => rate * risen,
+            }
+        })
+    };
+    for command in [|_| 0.12, |t| 0.3 + 0.05 * f64::from((t * 0.7) as u32 % 3)] {
+        let (log, findings) = stalled(command);
+        let rotor = log.rotor(1).expect("measured");
+        let found: Vec<&Finding> = findings.iter().filter(|it| it.code == "stalled").collect();
+        assert_eq!(found.len(), 1, "{findings:?}");
+        let span = ["from_s", "to_s"].map(|name| found[0].number(name));
+        assert!((span[0] - 8.0).abs() < 0.03 && (span[1] - 12.48).abs() < 0.05, "{span:?}");
+        let out: Vec<f64> =
+            (0..1000).filter(|row| !rotor.is_scored(*row)).map(|row| 0.02 * row as f64).collect();
+        assert!(out.iter().all(|t| (7.5..13.1).contains(t)), "{out:?}");
+        assert!(out[0] < 7.78 && out[out.len() - 1] > 12.9, "{out:?}");
+        assert_eq!(rotor.reason(500), Some("stalled"));
+        assert!(rotor.rests(500) && !rotor.rests(100));
+        // It stood: that drives a body, and is a measurement.
+        assert_eq!(log.dataset().column("propeller_rate_1_rad_s").expect("measured")[500], 0.0);
+    }
+}
+
+/// Below 0.1 nothing turns it, whenever: the rotor's own law, which is fitted to.
+#[test]
+fn a_dead_zone_is_no_stall() {
+    let command = |t: f64| if (t / 2.5) as u32 % 2 == 1 { 0.09 } else { 0.3 };
+    let dead = rotor(command, |_, rate| if rate < 140.0 { 0.0 } else { rate });
+    assert!(dead.1.iter().all(|it| it.code != "stalled"), "{:?}", dead.1);
+    assert_eq!(counted(&dead).0, 1000);
+}

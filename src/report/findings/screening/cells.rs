@@ -80,7 +80,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     Some(said)
 }
 
-fn more_places(finding: &Finding) -> String {
+pub(super) fn more_places(finding: &Finding) -> String {
     match finding.count("places") {
         0 | 1 => String::new(),
         places => format!(", and in {} more places", places - 1),

@@ -2,6 +2,7 @@
 
 use super::super::numbers::{counted, digits};
 use super::beside_model::electrical;
+use super::cells::more_places;
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -88,6 +89,29 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             short(number("least_command")),
             short(number("starting_s"))
         ),
+        "stalled" => format!(
+            "the rotor stood from {:.1} to {:.1} s while it was commanded {}{}: it stalled, its speed controller lost it, or it would not \
+             start; {rows} samples are left out, from its fall until {} s after it turned again",
+            number("from_s"),
+            number("to_s"),
+            if number("least_command") == number("greatest_command") {
+                short(number("least_command"))
+            } else {
+                format!("{} to {}", short(number("least_command")), short(number("greatest_command")))
+            },
+            more_places(finding),
+            short(number("starting_s"))
+        ),
+        "command_follows_rate" => format!(
+            "a controller makes this command from the rate beside it: what is new in the rate takes the command down with it (a \
+             correlation of {:.2} over {} readings); ramps and levels of such a log tell of the controller, too, so no g(u) and no lag are \
+             taken from them; record commands that nobody regulates",
+            number("correlation"),
+            finding.count("readings")
+        ),
+        "commands_regulated" => {
+            "a controller made the commands of every rotor from its rate: ramps and levels of them are no experiment".to_owned()
+        }
         "uncommanded_motion" => format!(
             "the command stands still at {:.4} while the rate scatters by {:.0} rad/s ({:.0} %) about its smooth course: it is \
              not this command that moved the rotor (a wrong column, a recorder that froze, the log of something else); {rows} \
