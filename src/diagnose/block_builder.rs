@@ -353,7 +353,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
     let of_gyro = || {
         let is_made = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
         if effect.site == Site::BodyRateSensor && effect.card.is_some() && logs.iter().any(is_made) {
-            return Some(Refusal::RateOfAngle);
+            return Some(EffectRefusal::RateOfAngle);
         }
         let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
         let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;

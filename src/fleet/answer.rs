@@ -65,7 +65,7 @@ pub struct Refused {
     pub code: String,
 }
 
-impl Found {
+impl DiagnosisExtract {
     /// Effects that the model has already.
     pub(super) fn in_model(&self) -> Vec<String> {
         let has = |it: &&Candidate| it.refusal.as_ref().is_some_and(|why| why.code == "in_model");

@@ -71,7 +71,8 @@ fn row(path: &Path) -> Result<BenchRow, FleetError> {
         path.with_extension("html").is_file().then(|| format!("{}.html", file.trim_end_matches(".json")));
     let found = found.unwrap_or_default();
     let in_model = found.in_model();
-    let DiagnosisExtract { verdict, effects, alternatives, parameters, changed_parameters, error, .. } = found;
+    let DiagnosisExtract { verdict, effects, alternatives, parameters, changed_parameters, error, .. } =
+        found;
     let of_effects = parameters.into_iter().filter_map(|(name, it)| Some((name, (it.value?, it.unit))));
     let changed = changed_parameters.into_iter().filter_map(|it| Some((it.name, (it.to?, it.unit))));
     Ok(BenchRow {

@@ -214,7 +214,7 @@ fn unlike_in_effects(rows: &[&BenchRow], effects: &[(String, usize)]) -> Vec<Fin
     let mut found = Vec::new();
     for (effect, _) in effects.iter().filter(|(_, named)| *named > 0) {
         // A bench whose model has the effect has it.
-        let has_it = |row: &&&Row| row.effects.contains(effect) || row.in_model.contains(effect);
+        let has_it = |row: &&&BenchRow| row.effects.contains(effect) || row.in_model.contains(effect);
         let benches = rows.iter().filter(has_it).count();
         let count = benches as f64;
         let (code, has) = match count {
@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_bench_whose_model_has_an_effect_is_not_unlike_those_that_miss_it() {
-        let mut rows: Vec<Row> = (0..10).map(|at| row(at, &["heat"], 1.0)).collect();
+        let mut rows: Vec<BenchRow> = (0..10).map(|at| row(at, &["heat"], 1.0)).collect();
         rows[3].effects.clear();
         rows[3].in_model = vec!["heat".to_owned(), "delay".to_owned()];
         let fleet = Fleet::of(rows, Vec::new(), Vec::new());

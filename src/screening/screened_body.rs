@@ -76,7 +76,7 @@ struct Checked {
 }
 
 impl Checked {
-    fn of(body: &Body) -> Self {
+    fn of(body: &CheckedBody) -> Self {
         let found: Vec<Finding> = checks::BODY.iter().filter_map(|check| check(body)).collect();
         // Of a body that was held nothing more is to be said.
         let of_rows = if found.is_empty() { checks::BODY_ROWS } else { &[] };

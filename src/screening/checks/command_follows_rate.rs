@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::estimation::dependent_columns::coefficients;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
 use crate::screening::channel::Judgement;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -26,7 +26,7 @@ const LATEST: usize = THRESHOLDS.loop_latest;
 type Readings = [usize; BEFORE + LATEST + 1];
 
 /// Says it; nothing is left out.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     let data = &rotor.data;
     let pasts = pasts(data);
     if pasts.len() < THRESHOLDS.new_fewest || share_moved(data, &pasts) < THRESHOLDS.loop_moves {

@@ -10,7 +10,7 @@ use super::frozen_gyro::{drive, range};
 use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::extremes;
 use crate::screening::Finding;
-use crate::screening::body::Body;
+use crate::screening::body::CheckedBody;
 use crate::screening::channel::Judgement;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::thresholds::THRESHOLDS;
@@ -21,7 +21,7 @@ use crate::signal::columns::BODY_ANGLE;
 pub const END_STOP: &str = "end_stop";
 
 /// Rows over which the body stands at a stop.
-pub(crate) fn check(body: &Body) -> Option<Judgement> {
+pub(crate) fn check(body: &CheckedBody) -> Option<Judgement> {
     let angle = body.log.column(BODY_ANGLE)?;
     if body.rotors.iter().any(|rotor| rotor.number > ROTORS && rotor.turns()) {
         return None;
@@ -50,7 +50,7 @@ pub(crate) fn check(body: &Body) -> Option<Judgement> {
 
 /// What it takes to see a body stand.
 struct Standing<'a> {
-    body: &'a Body<'a>,
+    body: &'a CheckedBody<'a>,
     angle: &'a [f64],
     drive: Vec<f64>,
     /// [rad] least and greatest angle.
@@ -64,7 +64,7 @@ struct Standing<'a> {
 
 impl<'a> Standing<'a> {
     /// `None` where the angle hardly moves, or nothing drives the body.
-    fn of(body: &'a Body, angle: &'a [f64]) -> Option<Self> {
+    fn of(body: &'a CheckedBody, angle: &'a [f64]) -> Option<Self> {
         let (low, high) = extremes(angle.iter().copied());
         let noise = ChannelNoise::of(angle.iter().copied());
         let still = THRESHOLDS.held_motion * noise.in_signal(angle, &body.log.segments()) + noise.step;

@@ -95,7 +95,7 @@ checks! {
     ];
 
     /// Of the rows of the body, and of its columns: which of them are no motion of a free body, and what is said of the others.
-    BODY_ROWS: fn(&Body) -> Option<Judgement> = [
+    BODY_ROWS: fn(&CheckedBody) -> Option<Judgement> = [
         rate_of_angle,
         end_stop,
     ];

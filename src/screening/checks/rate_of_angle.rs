@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::estimation::dependent_columns::coefficients;
 use crate::log::Dataset;
 use crate::screening::Finding;
-use crate::screening::body::Body;
+use crate::screening::body::CheckedBody;
 use crate::screening::channel::Judgement;
 use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
@@ -25,7 +25,7 @@ const ANGLES: usize = THRESHOLDS.angles;
 const HERE: usize = THRESHOLDS.angle_before;
 
 /// Says it; no row is left out.
-pub(crate) fn check(body: &Body) -> Option<Judgement> {
+pub(crate) fn check(body: &CheckedBody) -> Option<Judgement> {
     let angle = body.log.column(BODY_ANGLE)?;
     let rows = rows(body, angle);
     if rows.len() < THRESHOLDS.new_fewest || memory_of_noise(angle, &rows) > THRESHOLDS.angle_noise {
@@ -71,7 +71,7 @@ pub(crate) fn put(rates: Option<Vec<f64>>, raw: &Dataset, cleaned: &mut Option<D
 }
 
 /// Rows whose neighbours are there and no hole lies between, of a long log some.
-fn rows(body: &Body, angle: &[f64]) -> Vec<usize> {
+fn rows(body: &CheckedBody, angle: &[f64]) -> Vec<usize> {
     let is_whole = |row: &usize| {
         angle[row - HERE..row - HERE + ANGLES]
             .iter()

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::screening::channel::Judgement;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -16,7 +16,7 @@ use crate::screening::thresholds::THRESHOLDS;
 pub const STALLED: &str = "stalled";
 
 /// Takes a stalled rotor out of the score, from where it began to fall until it has started again.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     let stalls = stalls(rotor);
     let data = &mut rotor.data;
     let longest = stalls.iter().max_by(|a, b| span(data, a).total_cmp(&span(data, b)))?;
@@ -39,7 +39,7 @@ fn span(data: &RotorLog, rows: &Range<usize>) -> f64 {
 }
 
 /// Rows over which it stands under commands that should turn it, for longer than any rotor needs to start.
-fn stalls(rotor: &Rotor) -> Vec<Range<usize>> {
+fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
     let (data, rate) = (&rotor.data, rotor.measured);
     let greatest = bounds(rate).1;
     let whole = data.whole();

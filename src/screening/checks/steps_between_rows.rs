@@ -7,7 +7,7 @@
 
 use crate::estimation::step_instants::{Hold, Instants, Stepped};
 use crate::screening::channel::Judgement;
-use crate::screening::rotor::Rotor;
+use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -15,7 +15,7 @@ use crate::screening::thresholds::THRESHOLDS;
 const EVEN: f64 = 1.0 / 12.0;
 
 /// Finds out when commands stepped; no row is left out.
-pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     if !rotor.is_measured() {
         return None;
     }
