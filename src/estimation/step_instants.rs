@@ -47,6 +47,12 @@ impl Instants {
         (squares / self.steps.len().max(1) as f64).sqrt()
     }
 
+    /// [intervals²] of the instants about the middle of their interval.
+    pub(crate) fn spread(&self) -> f64 {
+        let squares = self.steps.iter().map(|step| (step.ahead - 0.5).powi(2)).sum::<f64>();
+        squares / self.steps.len().max(1) as f64
+    }
+
     /// [intervals²] variance of the instants that neither direction, middle nor size of the step explains: a law that was not known
     /// looks like instants that hang on these.
     pub(crate) fn unexplained_variance(&self) -> f64 {

@@ -411,4 +411,6 @@ crate::thresholds! {
     even_spread: f64 = 0.5, "-", "random benches: 0.8 to 1.3 of even ones, 0 to 0.3 of laws that were not known";
     /// [intervals²] variance of instants that the rates can tell from chance, from which their spread is asked about
     telling_spread: f64 = 0.015, "intervals²", "judgement";
+    /// standard errors of the variance of even instants by which they may spread wider than even ones
+    widest_spread_errors: f64 = 3.0, "standard errors", "normal distribution: 1 in 700 by chance";
 }
