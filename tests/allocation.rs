@@ -8,6 +8,7 @@ use rotorbench::bus_guard::BusGuard;
 use rotorbench::can::{BusConfig, Frame, Id, ProtocolName, RotorCommands, protocol};
 use rotorbench::clock;
 use rotorbench::guard::GuardConfig;
+use rotorbench::rt::LogQueue;
 use rotorbench::runtime::control::ControlProcess;
 use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS, SharedMemoryConfig};
@@ -100,7 +101,7 @@ fn cycles_do_not_allocate(test: &str, trigger: StepTrigger) {
         }
     });
     let source = controller_plant::command_source(&config).expect("the built-in bench");
-    let mut control = ControlProcess::open(&config, source).expect("the only controller");
+    let mut control = ControlProcess::open(&config, source, LogQueue::new(8)).expect("the only controller");
     let observer = BenchMember::join(&config.name, &SharedMemoryConfig::default(), ProcessRole::Monitor)
         .expect("joined");
     let mut sensors_seen = observer.subscribe(&SENSORS).expect("subscribed");

@@ -4,6 +4,7 @@ use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::bus_guard::BusGuard;
 use rotorbench::clock;
 use rotorbench::guard::{Cause, OperatorAct, State};
+use rotorbench::rt::LogQueue;
 use rotorbench::runtime::control::ControlProcess;
 use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{
@@ -96,7 +97,8 @@ fn a_faster_imu_does_not_make_the_controller_faster() {
         let mut out = imu.publish(&SENSORS).expect("the only publisher");
         let bell = imu.bell(Waiter::Control).expect("opened");
         let source = controller_plant::command_source(&config).expect("the built-in bench");
-        let mut control = ControlProcess::open(&config, source).expect("the only controller");
+        let mut control =
+            ControlProcess::open(&config, source, LogQueue::new(8)).expect("the only controller");
         let mut commands = join(&config, ProcessRole::Monitor).subscribe(&COMMAND).expect("subscribed");
         let start_ns = clock::monotonic_ns();
         let mut steps = 0;

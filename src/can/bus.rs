@@ -73,9 +73,22 @@ pub struct PortCounts {
     pub failed: u64,
     /// Times that the interface was gone from the machine, and joined when it was there again.
     pub rejoined: u64,
+    /// Datagrams that carry no frame of this bus: damaged, foreign, or CAN FD on a classical bus. Of UDP multicast only.
+    pub malformed: u64,
 }
 
-/// What a loop needs of a bus: a [`super::Port`], or, on virtual time, a bus in memory.
+impl PortCounts {
+    /// Counts a frame that was not sent, by its cause.
+    pub(super) fn refuse(&mut self, fault: BusFault) {
+        *match fault {
+            BusFault::Full => &mut self.full,
+            BusFault::Down | BusFault::Gone => &mut self.down,
+            BusFault::Other(_) => &mut self.failed,
+        } += 1;
+    }
+}
+
+/// What a loop needs of a bus: a [`super::BusPort`], or, on virtual time, a bus in memory.
 pub trait Bus {
     /// See [`super::Port::receive`].
     ///

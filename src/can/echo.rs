@@ -105,7 +105,7 @@ impl EchoSocket {
             let last_dropped = &mut self.last_dropped;
             let taken = batch.receive::<BATCH>(self.socket.as_raw_fd(), |raw| {
                 local += usize::from(raw.is_local);
-                if let Some(dropped) = raw.dropped {
+                if let Some(dropped) = raw.control.dropped {
                     lost += u64::from(dropped.wrapping_sub(*last_dropped));
                     *last_dropped = dropped;
                 }

@@ -76,8 +76,8 @@ pub enum CanError {
 impl CanError {
     /// No interface of this name can be there.
     pub(crate) fn no_can(interface: &str) -> Self {
-        let reason = "this machine's kernel has no CAN (`tools/vcan COMMAND` has a virtual bus; without any: `emulate --shm` with \
-                      `control`, or `run --lockstep`)";
+        let reason = "this machine's kernel has no CAN (without any: `mcast:0` carries frames over UDP on this machine; `emulate --shm` with \
+                      `control`; `run --lockstep`. `tools/vcan COMMAND` has a virtual bus)";
         Self::Interface { interface: interface.to_owned(), reason: reason.to_owned() }
     }
 }

@@ -1,5 +1,6 @@
 //! The state of an interface, asked of the kernel by netlink: a round trip, so never in the cycle.
 
+use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -15,6 +16,8 @@ use super::error::CanError;
 
 /// Where the kernel lists its network interfaces.
 const INTERFACES: &str = "/sys/class/net";
+/// The kind that a CAN interface has there (`ARPHRD_CAN`).
+const CAN: &str = "280";
 
 /// What the kernel says of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +59,15 @@ impl InterfaceStatus {
         // Asked by a name that it does not know, the kernel would start a program to look for a driver.
         if listed.exists() && !listed.join(interface).exists() {
             return Ok(None);
+        }
+        if let Some(kind) =
+            fs::read_to_string(listed.join(interface).join("type")).ok().filter(|it| it.trim() != CAN)
+        {
+            let reason = format!(
+                "it is there, and no CAN interface: the kernel calls it a network device of kind {}, and CAN is {CAN}",
+                kind.trim()
+            );
+            return Err(CanError::Interface { interface: interface.to_owned(), reason });
         }
         let Ok(found) = CanInterface::open(interface) else { return Ok(None) };
         let details = found.details().map_err(|error| CanError::Interface {

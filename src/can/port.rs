@@ -185,9 +185,9 @@ impl Port {
             };
             let Self { socket, batch, stamps, counts, last_dropped, echoes, looked_ns, .. } = self;
             let each = |raw: RawArrival| {
-                if raw.software_ns > realtime_ns && std::mem::take(&mut is_given) {
+                if raw.control.software_ns > realtime_ns && std::mem::take(&mut is_given) {
                     // It came after the given time: by its own stamp, if that is a moment, else by the clock.
-                    let later_ns = raw.software_ns - realtime_ns;
+                    let later_ns = raw.control.software_ns - realtime_ns;
                     let now_ns = if later_ns <= THRESHOLDS.early_ns {
                         *looked_ns + later_ns
                     } else {
@@ -196,8 +196,8 @@ impl Port {
                     realtime_ns = realtime_ns.wrapping_add(now_ns - *looked_ns);
                     *looked_ns = now_ns;
                 }
-                let software_ns = stamps.software(raw.software_ns, *looked_ns, realtime_ns);
-                if let Some(dropped) = raw.dropped {
+                let software_ns = stamps.software(raw.control.software_ns, *looked_ns, realtime_ns);
+                if let Some(dropped) = raw.control.dropped {
                     counts.dropped += u64::from(dropped.wrapping_sub(*last_dropped));
                     *last_dropped = dropped;
                 }
@@ -274,11 +274,7 @@ impl Port {
             }
             Err(error) => {
                 let fault = self.fault(&error);
-                *match fault {
-                    BusFault::Full => &mut self.counts.full,
-                    BusFault::Down | BusFault::Gone => &mut self.counts.down,
-                    BusFault::Other(_) => &mut self.counts.failed,
-                } += 1;
+                self.counts.refuse(fault);
                 Err(fault)
             }
         }
@@ -390,7 +386,7 @@ fn sort(
         return Some(Arrival::Echo { frame, stamp_ns: software_ns });
     }
     counts.received += 1;
-    let hardware_ns = (raw.hardware_ns != 0).then_some(raw.hardware_ns);
+    let hardware_ns = (raw.control.hardware_ns != 0).then_some(raw.control.hardware_ns);
     let stamp_ns = hardware_ns.map_or(software_ns, |stamp| stamps.hardware(stamp, software_ns));
     Some(Arrival::Frame { frame, stamp_ns, hardware_ns })
 }

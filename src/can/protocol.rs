@@ -20,6 +20,11 @@ pub trait Protocol: fmt::Debug {
     /// The other end, which an emulator plays: it takes commands and sends what sensors say, from `now_ns` on.
     fn bench_end(&self, now_ns: u64) -> Box<dyn BenchEnd>;
 
+    /// The same end, played by nodes that have no ids yet and ask for them; `None` where nodes are given none.
+    fn bench_end_without_ids(&self, _now_ns: u64) -> Option<Box<dyn BenchEnd>> {
+        None
+    }
+
     /// Both ends for frames of a capture, which may keep less to the letter than a bus must.
     fn capture_ends(&self) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
         (self.bridge_end(), self.bench_end(0))
@@ -70,6 +75,11 @@ pub trait BenchEnd: fmt::Debug + Send {
     /// Whether the rotors obey at `now_ns`: some ESCs stand still until they are told that they may turn.
     fn may_turn(&self, _now_ns: u64) -> bool {
         true
+    }
+
+    /// Nodes that have no id yet, and are silent until an allocator gives them one.
+    fn without_id(&self) -> usize {
+        0
     }
 
     /// [ns] when something is to be sent at the latest.

@@ -17,6 +17,7 @@ use super::field::CommandField;
 use super::frame::Id;
 use super::layout::NumberFormat;
 use super::load;
+use super::multicast::MulticastGroup;
 use super::roles::Roles;
 use super::route::{Binding, Route, Routes};
 use super::thresholds::THRESHOLDS;
@@ -112,6 +113,9 @@ impl Roles {
 
 /// The interface must have a name that an interface can have.
 pub(super) fn check_interface(config: &BusConfig) -> Result<(), CanError> {
+    if let Some(group) = MulticastGroup::parse(&config.interface) {
+        return group.map(drop).map_err(|reason| fail("interface", reason));
+    }
     if config.interface.is_empty() || config.interface.len() >= libc::IFNAMSIZ {
         let reason = format!("`{}` cannot be the name of an interface", config.interface);
         return Err(fail("interface", reason));

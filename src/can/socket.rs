@@ -1,5 +1,5 @@
 //! The system calls that `socketcan` does not give: many frames with their stamps and the drop count in one
-//! `recvmmsg`, a send that never waits, and a second bind. All `unsafe` of the room is here.
+//! `recvmmsg`, a send that never waits, and a second bind.
 
 use std::io;
 use std::mem::{size_of, zeroed};
@@ -15,7 +15,7 @@ use super::frame::{Frame, FrameKind, Id};
 pub(super) const BATCH: usize = 16;
 
 /// [byte] room for the control messages of one frame: three stamps (64) and the drop count (24), and to spare.
-const CONTROL: usize = 128;
+pub(super) const CONTROL: usize = 128;
 
 /// Buffers of one `recvmmsg`.
 pub(super) struct Batch {
@@ -33,11 +33,17 @@ pub(super) struct RawArrival {
     pub(super) own: bool,
     /// Sent on this machine, by whomever.
     pub(super) is_local: bool,
+    pub(super) control: Control,
+}
+
+/// What the kernel says beside what was received.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Control {
     /// [ns] CLOCK_REALTIME; 0 = none.
     pub(super) software_ns: u64,
     /// [ns] clock of the adapter; 0 = none.
     pub(super) hardware_ns: u64,
-    /// Frames this socket has lost so far for want of room, where the kernel says so.
+    /// What this socket has lost so far for want of room, where the kernel says so.
     pub(super) dropped: Option<u32>,
 }
 
@@ -92,7 +98,6 @@ impl Batch {
     }
 }
 
-#[allow(unsafe_code, reason = "control messages are read behind their headers")]
 fn read_arrival(header: &libc::mmsghdr, raw: &libc::canfd_frame) -> RawArrival {
     let mut arrival = RawArrival {
         id: raw.can_id,
@@ -100,34 +105,40 @@ fn read_arrival(header: &libc::mmsghdr, raw: &libc::canfd_frame) -> RawArrival {
         data: [0; 8],
         own: header.msg_hdr.msg_flags & libc::MSG_CONFIRM != 0,
         is_local: header.msg_hdr.msg_flags & libc::MSG_DONTROUTE != 0,
-        software_ns: 0,
-        hardware_ns: 0,
-        dropped: None,
+        control: control(&header.msg_hdr),
     };
     arrival.data.copy_from_slice(&raw.data[..8]);
+    arrival
+}
+
+/// What the control messages say, behind a header that `recvmmsg` has filled and whose control buffer is there still.
+#[inline]
+#[allow(unsafe_code, reason = "control messages are read behind their headers")]
+pub(super) fn control(header: &libc::msghdr) -> Control {
+    let mut found = Control::default();
     // SAFETY: the header was filled by recvmmsg and its control buffer is still borrowed by the caller, so the
     // macros walk only bytes that the kernel wrote; each message's data is read unaligned and only where its
     // length says that it is there.
     unsafe {
-        let mut message = libc::CMSG_FIRSTHDR(&raw const header.msg_hdr);
+        let mut message = libc::CMSG_FIRSTHDR(&raw const *header);
         while let Some(control) = message.as_ref() {
             let data = libc::CMSG_DATA(message);
             let length = control.cmsg_len.saturating_sub(libc::CMSG_LEN(0) as usize);
             match (control.cmsg_level, control.cmsg_type) {
                 (libc::SOL_SOCKET, libc::SCM_TIMESTAMPING) if length >= size_of::<[libc::timespec; 3]>() => {
                     let stamps: [libc::timespec; 3] = data.cast::<[libc::timespec; 3]>().read_unaligned();
-                    arrival.software_ns = nanoseconds(&stamps[0]);
-                    arrival.hardware_ns = nanoseconds(&stamps[2]);
+                    found.software_ns = nanoseconds(&stamps[0]);
+                    found.hardware_ns = nanoseconds(&stamps[2]);
                 }
                 (libc::SOL_SOCKET, libc::SO_RXQ_OVFL) if length >= size_of::<u32>() => {
-                    arrival.dropped = Some(data.cast::<u32>().read_unaligned());
+                    found.dropped = Some(data.cast::<u32>().read_unaligned());
                 }
                 _ => {}
             }
-            message = libc::CMSG_NXTHDR(&raw const header.msg_hdr, message);
+            message = libc::CMSG_NXTHDR(&raw const *header, message);
         }
     }
-    arrival
+    found
 }
 
 fn nanoseconds(stamp: &libc::timespec) -> u64 {

@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Arm as soon as the checks pass, for scripted runs
     #[arg(long, requires = "shm")]
     arm: bool,
+    /// On DroneCAN: the emulated nodes have no node ids, and ask an allocator for them
+    #[arg(long, conflicts_with = "shm")]
+    dynamic_ids: bool,
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
@@ -152,9 +155,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     if let Some(interface) = &arguments.door.can {
         config.bus.interface.clone_from(interface);
-        let summary = emulate::on_bus(&config, arguments.seconds, &shutdown);
+        let summary = emulate::on_bus(&config, arguments.dynamic_ids, arguments.seconds, &shutdown);
         let summary = summary.map_err(|error| match &error {
             ProcessError::Can(CanError::Interface { .. } | CanError::Socket { .. }) => {
+                CliError::from(error).of_option("--can", interface)
+            }
+            ProcessError::Can(CanError::Role { place, .. }) if place == "interface" => {
                 CliError::from(error).of_option("--can", interface)
             }
             _ => error.into(),

@@ -3,7 +3,7 @@
 
 use std::os::fd::AsRawFd;
 
-use crate::can::{Arrival, BenchEnd, BusFault, Counts, Port, PortCounts, RotorCommands};
+use crate::can::{Arrival, BenchEnd, Bus, BusFault, BusPort, Counts, PortCounts, RotorCommands};
 use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
@@ -15,9 +15,11 @@ use super::{Emulator, EmulatorState};
 #[derive(Debug)]
 pub struct EmulatedBus {
     end: Box<dyn BenchEnd>,
-    port: Port,
+    port: BusPort,
     commands: RotorCommands,
     is_up: bool,
+    /// Nodes that ask for their ids, as it was logged last.
+    without_id: usize,
 }
 
 /// What the bus saw.
@@ -37,8 +39,8 @@ pub struct BusSummary {
 impl EmulatedBus {
     /// Joins the bus.
     #[must_use]
-    pub fn new(end: Box<dyn BenchEnd>, port: Port) -> Self {
-        Self { end, port, commands: RotorCommands::default(), is_up: true }
+    pub fn new(end: Box<dyn BenchEnd>, port: BusPort) -> Self {
+        Self { end, port, commands: RotorCommands::default(), is_up: true, without_id: 0 }
     }
 
     /// Runs the emulated bench in real time, until `shutdown`.
@@ -60,6 +62,7 @@ impl EmulatedBus {
             }
             emulator.advance(&mut state, now_ns - start_ns);
             self.receive(emulator, &mut state, log);
+            self.log_ids(log);
             let is_turning = self.commands.rotor.iter().any(|command| *command > 0.0);
             if self.send_due(now_ns, &state) {
                 body.add(&emulator.truth(&state), is_turning, clock::span_s(now_ns - start_ns));
@@ -69,7 +72,7 @@ impl EmulatedBus {
     }
 
     fn receive(&mut self, emulator: &Emulator, state: &mut EmulatorState, log: &LogQueue) {
-        let Self { end, port, commands, is_up } = self;
+        let Self { end, port, commands, is_up, .. } = self;
         let received = port.receive(|arrival| {
             let Arrival::Frame { frame, stamp_ns, .. } = arrival else { return };
             *is_up = true;
@@ -81,6 +84,14 @@ impl EmulatedBus {
         });
         if received.is_err() && std::mem::replace(is_up, false) {
             log.say(Severity::Warning, "the bus is down; the emulated ESCs stop by their own timeout", 0.0);
+        }
+    }
+
+    fn log_ids(&mut self, log: &LogQueue) {
+        let without_id = self.end.without_id();
+        if without_id != self.without_id {
+            self.without_id = without_id;
+            log.say(Severity::Info, "emulated nodes that ask for a node id", without_id as f64);
         }
     }
 

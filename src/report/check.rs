@@ -40,6 +40,10 @@ fn interface_state(check: &BenchCheck) -> String {
     let status = match &check.interface_look {
         InterfaceLook::NoCan => return "not looked for: this kernel has no CAN".to_owned(),
         InterfaceLook::Missing => return "not there".to_owned(),
+        InterfaceLook::Multicast(group, device) => {
+            let state = device.map_or("not there", |device| if device.is_up { "up" } else { "down" });
+            return format!("UDP multicast {} on {}, {state}", group.address(), group.device);
+        }
         InterfaceLook::There(status) => status,
     };
     let state = status.state.as_ref().map_or_else(|| "virtual".to_owned(), |state| format!("{state:?}"));
@@ -69,6 +73,9 @@ pub fn sentence(finding: &Finding) -> String {
         "interface_missing" => {
             format!("{subject} is not on this machine: its state and its bit rate are not checked")
         }
+        "multicast_leaves_machine" => format!(
+            "frames go out on {subject} in datagrams: whoever is in that network can command the rotors, and hears them"
+        ),
         "interface_down" => format!("{subject} is down (sudo ip link set {subject} up)"),
         "no_fd_frames" => format!("{subject} carries no FD frames (sudo ip link set {subject} mtu 72)"),
         "bit_rate_differs" => format!(

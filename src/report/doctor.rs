@@ -143,6 +143,18 @@ fn found(finding: &Finding) -> String {
             format!("kernel {} was built without it: no bus, real or virtual, can be opened", text("kernel"))
         }
         "interface_unreadable" => text("error").to_owned(),
+        "multicast_stays" => {
+            format!(
+                "{} on {}: no CAN is needed, nothing leaves this machine",
+                text("interface"),
+                text("device")
+            )
+        }
+        "multicast_leaves" => format!(
+            "{} goes out on {}: whoever is in that network can command the rotors",
+            text("interface"),
+            text("device")
+        ),
         "interface_up" => format!("{} is up", text("interface")),
         "interface_down" => format!("{} is down", text("interface")),
         "bit_rate_of_virtual" => format!("{} is virtual: it has none", text("interface")),
@@ -214,6 +226,10 @@ fn mend(finding: &Finding) -> String {
     let interface = finding.text("interface");
     let rate = finding.count("configured_bit_rate");
     match finding.code {
+        "interface_unreadable" if !finding.text("device").is_empty() => {
+            format!("sudo ip link set {} up", finding.text("device"))
+        }
+        "multicast_leaves" => "interface = \"mcast:0\" in the bench file stays on this machine".to_owned(),
         "interface_unreadable" | "interface_down" if interface.starts_with("vcan") => {
             format!("sudo sh -c 'ip link add dev {interface} type vcan; ip link set {interface} up'")
         }
@@ -236,7 +252,9 @@ fn mend(finding: &Finding) -> String {
 fn fixed_mend(code: &str) -> &'static str {
     match code {
         "can_not_loaded" => "sudo modprobe -a can can_raw vcan",
-        "can_not_built" => "tools/vcan COMMAND (runs a command on a virtual bus inside User-Mode Linux)",
+        "can_not_built" => {
+            "interface = \"mcast:0\" in the bench file needs no CAN; tools/vcan COMMAND has a virtual bus inside User-Mode Linux"
+        }
         "no_priority" | "lock_too_small" => CAPABILITIES,
         "governor_slow" => {
             "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"

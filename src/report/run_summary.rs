@@ -41,8 +41,6 @@ pub fn timing(timing: &Summary) -> String {
     let mut text = format!(
         "slots {slots} = run {run} + skipped {skipped}; overruns {overruns}, at most {longest_overrun} in a row\n"
     );
-    let _ =
-        writeln!(text, "{:24}{:>10}{:>10}{:>10}{:>10}{:>10}", "[µs]", "p50", "p99", "p99.9", "p99.99", "max");
     let lines = [
         ("release lateness", &timing.lateness),
         ("execution", &timing.execution),
@@ -50,9 +48,22 @@ pub fn timing(timing: &Summary) -> String {
         ("sensor age", &timing.sensor_age),
         ("sensor to command", &timing.sensor_to_command),
     ];
-    for (name, Percentiles { p50_us, p99_us, p99_9_us, p99_99_us, max_us, .. }) in lines {
-        let _ =
-            writeln!(text, "{name:24}{p50_us:10.1}{p99_us:10.1}{p99_9_us:10.1}{p99_99_us:10.1}{max_us:10.1}");
+    let numbers = |it: &Percentiles| {
+        [it.p50_us, it.p99_us, it.p99_9_us, it.p99_99_us, it.max_us].map(|it| format!("{it:.1}"))
+    };
+    let head = ["p50", "p99", "p99.9", "p99.99", "max"].map(str::to_owned);
+    let rows: Vec<(&str, [String; 5])> = std::iter::once(("[µs]", head))
+        .chain(lines.iter().map(|(name, percentiles)| (*name, numbers(percentiles))))
+        .collect();
+    // Sensors that have stopped are as old as the run is long: such numbers make a column wider, and touch no other.
+    let width = |column: usize| rows.iter().map(|(_, cells)| cells[column].len()).max().unwrap_or(0).max(9);
+    let widths: [usize; 5] = std::array::from_fn(width);
+    for (name, cells) in &rows {
+        let _ = write!(text, "{name:24}");
+        for (cell, width) in cells.iter().zip(widths) {
+            let _ = write!(text, " {cell:>width$}");
+        }
+        text.push('\n');
     }
     text
 }
@@ -70,6 +81,9 @@ pub fn bus(bus: &BusIoSummary) -> String {
         port.full + port.down + port.failed,
         port.errors,
     );
+    if port.malformed > 0 {
+        let _ = writeln!(text, "datagrams that carried no frame of this bus: {}", port.malformed);
+    }
     let refused: Vec<String> = decoded
         .refused()
         .iter()
@@ -183,4 +197,24 @@ pub fn recorder(summary: RecorderSummary) -> String {
         words += &format!(", disk full for {:.1} s", span_s(summary.disk_full_ns));
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rt::Cycle;
+
+    #[test]
+    fn columns_of_long_times_do_not_run_together() {
+        let mut summary = Cycle::new(1_000_000, 1).statistics().summary();
+        let age = &mut summary.sensor_age;
+        (age.p50_us, age.p99_us, age.p99_9_us) = (1.0, 12_345_678.9, 312_345_678.9);
+        let text = timing(&summary);
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        let lengths: Vec<usize> = rows.iter().map(|row| row.chars().count()).collect();
+        assert!(lengths.iter().all(|length| *length == lengths[0]), "{text}");
+        let row = rows.iter().find(|row| row.starts_with("sensor age")).expect("its row");
+        let cells: Vec<&str> = row.split_whitespace().skip(2).collect();
+        assert_eq!(cells, ["1.0", "12345678.9", "312345678.9", "0.0", "0.0"]);
+    }
 }

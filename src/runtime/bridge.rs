@@ -5,7 +5,7 @@ use super::bus_io::{BusIo, BusIoSummary, Look, check_arming, ramp_down};
 use super::control::end_after;
 use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
-use crate::can::{Bus, Port};
+use crate::can::{Bus, BusPort};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{self, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
@@ -22,7 +22,7 @@ const BELL: u32 = 2;
 
 /// The bridge process before its thread is made real-time.
 #[derive(Debug)]
-pub struct BridgeLoop<B: Bus = Port> {
+pub struct BridgeLoop<B: Bus = BusPort> {
     guard: BusGuard,
     bus_io: BusIo<B>,
     /// Periods without an own frame on the bus after which the bus is dead.

@@ -7,9 +7,9 @@ use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
 use crate::can::{
-    Arrival, BridgeEnd, Bus, BusFault, CanError, Counts, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
+    Arrival, BridgeEnd, Bus, BusFault, BusPort, Counts, FrameRefusal, InterfaceAnswer, InterfaceStatus,
+    NodeTrouble, PortCounts, check_there, is_virtual, join, protocol,
 };
-use crate::can::{FrameRefusal, NodeTrouble, join, kernel_has_can, protocol};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
@@ -19,7 +19,7 @@ use std::os::fd::{AsRawFd, RawFd};
 
 /// The bus, its protocol, and the newest value of everything measured.
 #[derive(Debug)]
-pub struct BusIo<B: Bus = Port> {
+pub struct BusIo<B: Bus = BusPort> {
     port: B,
     end: Box<dyn BridgeEnd>,
     log: LogQueue,
@@ -76,9 +76,11 @@ impl BusIo {
     pub fn open(config: &BenchConfig, bench: &BenchMember, log: LogQueue) -> Result<Self, ProcessError> {
         let end = protocol(&join(&config.bus)?, config.period_s)?.bridge_end();
         let interface = &config.bus.interface;
-        let port = Port::open_with_echo_of(interface, config.bus.fd, &end.own())?;
-        let status = InterfaceStatus::read(interface)?;
-        tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
+        let port = BusPort::open_with_echo_of(interface, config.bus.fd, &end.own())?;
+        if matches!(port, BusPort::Can(_)) {
+            let status = InterfaceStatus::read(interface)?;
+            tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
+        }
         let mut bus_io = Self::on(port, end, log);
         bus_io.status = Some(bench.publish(&BUS)?);
         Ok(bus_io)
@@ -368,10 +370,7 @@ pub(crate) fn check_arming(config: &BenchConfig, arm: bool) -> Result<(), Proces
         return Ok(());
     }
     // What is not there is not hardware either, and to say so would send its user round in a circle.
-    if !kernel_has_can() {
-        return Err(CanError::no_can(interface).into());
-    }
-    InterfaceStatus::read(interface)?;
+    check_there(interface)?;
     Err(ProcessError::ArmOnHardware { interface: interface.clone() })
 }
 
@@ -384,13 +383,4 @@ pub(crate) fn ramp_down<L>(owner: &mut L, guard: fn(&mut L) -> &mut BusGuard, tu
     while !guard(owner).is_safe() && clock::monotonic_ns() < latest_ns {
         turn(owner);
     }
-}
-
-/// Whether `interface` is virtual: no wire leaves this machine. A serial adapter (slcan) is listed among the virtual
-/// interfaces, too: newer kernels give it a controller's state, older ones only the name that its user gave it.
-#[must_use]
-pub fn is_virtual(interface: &str) -> bool {
-    let is_named_real = ["can", "slcan"].iter().any(|kind| interface.starts_with(kind));
-    let is_listed = std::path::Path::new("/sys/devices/virtual/net").join(interface).exists();
-    !is_named_real && is_listed && InterfaceStatus::read(interface).is_ok_and(|status| status.state.is_none())
 }

@@ -5,12 +5,15 @@ use super::ProcessError;
 use super::command_source::CommandSource;
 use super::control_output::{AngleError, ControlOutput};
 use super::imu_trigger::ImuTrigger;
+use super::sensor_watch::SensorWatch;
 use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, StepTrigger};
 use crate::clock;
-use crate::rt::{self, Cycle, Granted, Shutdown, Summary, Wake};
+use crate::rt::{self, Cycle, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
 use crate::shm::{APPLIED, Bell, BenchMember, ProcessRole, Publisher, SENSORS, Subscriber, Waiter};
 use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
+
+const LOG_LINES: usize = 64;
 
 /// The control process before its thread is made real-time.
 #[derive(Debug)]
@@ -20,6 +23,7 @@ pub struct ControlProcess {
     output: ControlOutput,
     sensors: Subscriber<Sensors>,
     newest: Sensors,
+    sensor_watch: SensorWatch,
     imu_trigger: ImuTrigger,
     applied: Subscriber<Applied>,
     passed: Applied,
@@ -51,7 +55,7 @@ impl ControlProcess {
     ///
     /// # Errors
     /// A second controller on the same bench; a bench that cannot be joined.
-    pub fn open(config: &BenchConfig, source: CommandSource) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, source: CommandSource, log: LogQueue) -> Result<Self, ProcessError> {
         config.check()?;
         let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Control)?;
         let period_ns = clock::span_ns(config.period_s);
@@ -63,6 +67,7 @@ impl ControlProcess {
             output,
             sensors: bench.subscribe(&SENSORS)?,
             newest: Sensors::default(),
+            sensor_watch: SensorWatch::new(log, period_ns),
             imu_trigger: ImuTrigger::new(period_ns),
             applied: bench.subscribe(&APPLIED)?,
             passed: Applied::default(),
@@ -97,6 +102,8 @@ impl ControlProcess {
         };
         self.look();
         let stepped = self.run_slot(now_ns);
+        // After the command is out.
+        self.sensor_watch.look(now_ns, &self.newest);
         if matches!(woken, Wake::Ready(_)) {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
             self.bell.quiet();
@@ -178,7 +185,8 @@ pub fn control(
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<ControlSummary, ProcessError> {
-    let mut control = ControlProcess::open(config, source)?;
+    let log_writer = LogWriter::start(LOG_LINES)?;
+    let mut control = ControlProcess::open(config, source, log_writer.queue())?;
     let granted = config.real_time.beneath().apply()?;
     control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");

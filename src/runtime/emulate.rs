@@ -3,7 +3,7 @@
 use super::ProcessError;
 use crate::bench::{BenchConfig, StepTrigger};
 use crate::bus_guard::BusGuard;
-use crate::can::{Port, protocol};
+use crate::can::{BusPort, protocol};
 use crate::clock;
 use crate::emulate::{self, BodyMotion, BusSummary, EmulatedBus, EmulationOptions, Emulator};
 use crate::guard::{Cause, State};
@@ -77,21 +77,29 @@ pub fn behind_guard(
     })
 }
 
-/// Plays the ESCs and the IMU on the bench's CAN bus until `shutdown`, for `seconds` at most.
+/// Plays the ESCs and the IMU on the bench's CAN bus until `shutdown`, for `seconds` at most; with `asks_for_ids` by nodes that an
+/// allocator has to give their ids first.
 ///
 /// # Errors
 /// A bus that cannot be opened; roles or settings that cannot be.
 pub fn on_bus(
     config: &BenchConfig,
+    asks_for_ids: bool,
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<BusSummary, ProcessError> {
     config.check()?;
     let emulator = emulator(config)?;
     let spoken = protocol(&config.bus, config.period_s)?;
+    let now_ns = clock::monotonic_ns();
+    let end = if asks_for_ids {
+        spoken.bench_end_without_ids(now_ns).ok_or(ProcessError::NoNodeIds)?
+    } else {
+        spoken.bench_end(now_ns)
+    };
     let log_writer = LogWriter::start(LOG_LINES)?;
-    let port = Port::open(&config.bus.interface, config.bus.fd)?;
-    let mut emulated = EmulatedBus::new(spoken.bench_end(clock::monotonic_ns()), port);
+    let port = BusPort::open(&config.bus.interface, config.bus.fd)?;
+    let mut emulated = EmulatedBus::new(end, port);
     let granted = config.real_time.apply()?;
     tracing::info!(interface = config.bus.interface, "emulate: {granted}");
     let summary = emulated.run(&emulator, options(config, seconds), shutdown, &log_writer.queue());

@@ -16,6 +16,7 @@ pub mod operator;
 pub mod record;
 pub mod replay;
 pub mod run;
+mod sensor_watch;
 pub mod thresholds;
 pub mod trace;
 
@@ -81,12 +82,17 @@ pub enum ProcessError {
     /// `--arm` on what may be real hardware.
     #[error(
         "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; on hardware use `rotorbench arm`, \
-         to try it without hardware say `interface = \"vcan0\"`"
+         to try it without hardware say `interface = \"vcan0\"` or `\"mcast:0\"`"
     )]
     ArmOnHardware {
         /// The interface.
         interface: String,
     },
+    /// Emulated nodes that ask for ids on a bus where nobody gives any.
+    #[error(
+        "--dynamic-ids is for `protocol = \"dronecan\"` in the bench file's [bus]: on this bus no node has an id that is given"
+    )]
+    NoNodeIds,
     /// A measurement of timing that cannot be.
     #[error(
         "{seconds} s in {rounds} rounds: each round of 1 to 1000 takes 0.05 s or more, at least two periods and at most a day"

@@ -14,7 +14,7 @@ use super::control::{end_after, is_before};
 use super::controller_plant::ExperimentPlan;
 use super::lockstep::Interference;
 use crate::bench::BenchConfig;
-use crate::can::Port;
+use crate::can::{Bus, BusPort};
 use crate::clock;
 use crate::model::Model;
 use crate::recording::{
@@ -95,7 +95,7 @@ struct Listener {
     events: Tap<GuardEvent>,
     cycles: Vec<Tap<CycleSample>>,
     heartbeats: Vec<Tap<Heartbeat>>,
-    port: Option<Port>,
+    port: Option<BusPort>,
     /// Frames the socket lost, as counted already.
     frames_lost: u64,
     // Last: everything above lives on it.
@@ -105,7 +105,7 @@ struct Listener {
 impl Listener {
     fn open(config: &BenchConfig) -> Result<Self, ProcessError> {
         let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Record)?;
-        let port = Port::open(&config.bus.interface, config.bus.fd)
+        let port = BusPort::open(&config.bus.interface, config.bus.fd)
             .inspect_err(|error| tracing::info!("no raw frames in the recording: {error}"))
             .ok();
         Ok(Self {

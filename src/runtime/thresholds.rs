@@ -3,6 +3,8 @@
 crate::thresholds! {
     /// [count] periods without news of the guard after which the controller takes it as closed
     silent_periods: u64 = 10, "count", "judgement";
+    /// [s] without a new value after which a controller says that its sensors have stopped, `silent_periods` at least
+    sensors_silent_s: f64 = 0.5, "s", "judgement: longer than any hold that `check` does not warn of, so that the guard has acted";
     /// [s] without a word from the guard after which the bench counts as gone for an experiment
     gone_s: f64 = 5.0, "s", "judgement";
     /// [s] after which a process that is to end does, whatever the guard says

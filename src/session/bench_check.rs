@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::bench::{BenchConfig, StepTrigger};
 use crate::can::thresholds::THRESHOLDS;
 use crate::can::{
-    BusConfig, CanError, InterfaceStatus, MessageDescription, MessageLoad, Protocol, SignalDescription,
-    kernel_has_can,
+    BusConfig, CanError, InterfaceStatus, MessageDescription, MessageLoad, MulticastGroup, NetworkDevice,
+    Protocol, SignalDescription, kernel_has_can,
 };
 use crate::clock::span_s;
 use crate::control::ControllerKind;
@@ -80,7 +80,7 @@ impl SpeedCheckRow {
 }
 
 /// What the kernel says of an interface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum InterfaceLook {
     /// Nothing: it has no CAN.
     NoCan,
@@ -88,6 +88,8 @@ pub enum InterfaceLook {
     Missing,
     /// Its state.
     There(InterfaceStatus),
+    /// The bus is a group of UDP multicast; its device, where there is one of that name.
+    Multicast(MulticastGroup, Option<NetworkDevice>),
 }
 
 /// A message of the bench.
@@ -203,6 +205,11 @@ fn guard_caveats(config: &BenchConfig) -> Vec<Finding> {
 
 impl InterfaceLook {
     fn at(interface: &str) -> Result<Self, CanError> {
+        // A name that cannot be was refused with the roles.
+        if let Some(Ok(group)) = MulticastGroup::parse(interface) {
+            let device = group.look()?;
+            return Ok(Self::Multicast(group, device));
+        }
         if !kernel_has_can() {
             return Ok(Self::NoCan);
         }
@@ -315,6 +322,7 @@ fn interface_findings(config: &BenchConfig, look: &InterfaceLook) -> Vec<Finding
     let status = match look {
         InterfaceLook::NoCan => return Vec::new(),
         InterfaceLook::Missing => return vec![found("interface_missing")],
+        InterfaceLook::Multicast(group, device) => return device_findings(group, device.as_ref()),
         InterfaceLook::There(status) => status,
     };
     let mut findings = Vec::new();
@@ -335,6 +343,15 @@ fn interface_findings(config: &BenchConfig, look: &InterfaceLook) -> Vec<Finding
         findings.push(found("restart_off"));
     }
     findings
+}
+
+/// What of the device that carries a group of multicast is not as it should be.
+fn device_findings(group: &MulticastGroup, device: Option<&NetworkDevice>) -> Vec<Finding> {
+    let found = |code| Finding::new(code, group.device.as_str());
+    let Some(device) = device else { return vec![found("interface_missing")] };
+    let is_down = (!device.is_up).then(|| found("interface_down"));
+    let is_open = (!device.is_loopback).then(|| found("multicast_leaves_machine"));
+    is_down.into_iter().chain(is_open).collect()
 }
 
 #[cfg(test)]
@@ -422,5 +439,14 @@ mod tests {
             error_counters: None,
         };
         assert_eq!(codes(InterfaceLook::There(down)), ["interface_down"]);
+        let group = || MulticastGroup { number: 0, device: "eth1".to_owned() };
+        let device = |is_up, is_loopback| Some(NetworkDevice { index: 2, is_up, is_loopback });
+        assert_eq!(codes(InterfaceLook::Multicast(group(), None)), ["interface_missing"]);
+        assert_eq!(codes(InterfaceLook::Multicast(group(), device(false, true))), ["interface_down"]);
+        assert_eq!(
+            codes(InterfaceLook::Multicast(group(), device(true, false))),
+            ["multicast_leaves_machine"]
+        );
+        assert_eq!(codes(InterfaceLook::Multicast(group(), device(true, true))), [""; 0]);
     }
 }

@@ -3,7 +3,7 @@
 use std::os::fd::AsRawFd;
 
 use crate::can::dronecan::Participant;
-use crate::can::{Arrival, CanError, Port};
+use crate::can::{Arrival, Bus, BusPort, CanError};
 use crate::clock;
 use crate::rt;
 
@@ -25,16 +25,16 @@ pub(super) trait Wire {
 /// A CAN interface.
 pub(super) struct PortWire {
     interface: String,
-    port: Port,
+    port: BusPort,
 }
 
 impl PortWire {
     /// Opens it.
     ///
     /// # Errors
-    /// See [`Port::open`].
+    /// See [`BusPort::open`].
     pub(super) fn open(interface: &str) -> Result<Self, CanError> {
-        Ok(Self { port: Port::open(interface, false)?, interface: interface.to_owned() })
+        Ok(Self { port: BusPort::open(interface, false)?, interface: interface.to_owned() })
     }
 }
 

@@ -229,6 +229,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("identify/supply_gain.rs", &["12"], "variance of a uniform distribution"),
     ("identify/voltage_instruments.rs", &["5"], "columns"),
     ("runtime/bridge.rs", &["256"], "size of a buffer"),
+    ("runtime/control.rs", &["64"], "size of a buffer"),
     ("runtime/emulate.rs", &["64"], "size of a buffer"),
     ("runtime/experiment.rs", &["5000"], "how often progress is said"),
     ("runtime/lockstep/run.rs", &["60.0"], "default of an option"),

@@ -8,6 +8,7 @@ use super::imports::read_sources;
 
 /// The files that may hold it, and what for. Each function there says why with `#[allow(unsafe_code, reason = ...)]`.
 const FILES: &[(&str, &str)] = &[
+    ("can/multicast/socket.rs", "recvmmsg of datagrams, options of sockets, what a device is"),
     ("can/socket.rs", "recvmmsg, a send that never waits, a second bind"),
     ("can/timestamps.rs", "what an interface stamps"),
     ("cli/pipe.rs", "to end with the reader"),

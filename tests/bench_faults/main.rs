@@ -1,10 +1,13 @@
 //! Faults on the running bench over shared memory: real processes, killed and stopped. Each ends in the safe command,
 //! after a number of periods that the test prints. The same on a CAN bus: tests/can_bus/faults.rs.
 
+#[path = "../processes/counting.rs"]
+mod counting;
 #[path = "../json_schema/mod.rs"]
 mod json_schema;
 mod lockstep;
 mod matrix;
+mod multicast;
 #[path = "../processes/mod.rs"]
 mod processes;
 mod recorder;

@@ -21,3 +21,4 @@ mod port;
 #[path = "../processes/mod.rs"]
 mod processes;
 mod three_processes;
+mod vendors;

@@ -61,7 +61,7 @@ impl Parts {
             period_ns: 1_000_000_000 / u64::from(rate_hz),
             hold: u64::from(guard.hold_periods()),
             maximum: guard.limits().maximum,
-            spoken: is_dronecan.then(|| nodes::spoken(config.period_s)),
+            spoken: kind.of_node().map(|fault| nodes::spoken(config.period_s, fault)),
             flight_s: if is_dronecan { nodes::FLIGHT_S } else { FLIGHT_S },
             guard,
             of_emulator: config.emulator,

@@ -209,6 +209,8 @@ pub const ROWS: &[Row] = &[
     row("DroneCAN: checksums of one ESC wrong", Kind::Dronecan(NodeFault::Checksum), Expect::Stops(2)),
     row("DroneCAN: toggle bits of the IMU wrong", Kind::Dronecan(NodeFault::Toggle), Expect::Stops(2)),
     row("DroneCAN: second node with one ESC's number", Kind::Dronecan(NodeFault::Twice), Expect::StopsBy(4.0)),
+    row("DroneCAN: second node with the bridge's number", Kind::Dronecan(NodeFault::OwnTwice), Expect::Stops(2)),
+    row("DroneCAN: who gave the bridge its number dies", Kind::Dronecan(NodeFault::AllocatorDies), Expect::RunsOn),
     row("DroneCAN: one ESC silent about how it is", Kind::Dronecan(NodeFault::Silent), Expect::StopsBy(3.1)),
     row("DroneCAN: one ESC in health ERROR", Kind::Dronecan(NodeFault::Unwell), Expect::StopsBy(1.1)),
     row("DroneCAN: ESCs report at 10 Hz", Kind::Dronecan(NodeFault::Slow), Expect::Either),

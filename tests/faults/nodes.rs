@@ -1,15 +1,18 @@
 //! The bench on DroneCAN: each ESC and the IMU a node, and what a node, or the way of its frames, does wrong.
 
-use rotorbench::can::dronecan::{TransferHeader, TransferKind};
+use rotorbench::can::dronecan::{NodeId, TransferHeader, TransferKind};
 use rotorbench::can::{BenchEnd, BusConfig, Frame, Id, Protocol, ProtocolName, RotorCommands, protocol};
 use rotorbench::signal::Sensors;
 
 /// [s] of a run: a node is silent for three of them before it is missed.
 pub const FLIGHT_S: f64 = 7.0;
-/// Node ids of the second ESC and of the IMU, where the bench file names none; of somebody else.
+/// Node ids of the bridge; of the second ESC and of the IMU, where the bench file names none; of somebody else, and of who gives
+/// node ids.
+const BRIDGE: u8 = 100;
 const ESC_2: u8 = 21;
 const IMU: u8 = 50;
 const OTHER: u8 = 9;
+const ALLOCATOR: u8 = 127;
 /// Data type ids.
 const STATUS: u16 = 341;
 const ESC_STATUS: u16 = 1034;
@@ -27,6 +30,10 @@ pub enum NodeFault {
     Toggle,
     /// Another node says how it is under the second ESC's number.
     Twice,
+    /// Another node says how it is under the bridge's number.
+    OwnTwice,
+    /// Who gave the bridge its number says no longer how it is.
+    AllocatorDies,
     /// The second ESC says no longer how it is.
     Silent,
     /// The second ESC says that it fails.
@@ -40,8 +47,11 @@ pub enum NodeFault {
 }
 
 /// The protocol of the bench. On a bus in memory there is room for everything at 1 kHz, too.
-pub fn spoken(period_s: f64) -> Box<dyn Protocol> {
-    let bus = BusConfig { protocol: ProtocolName::Dronecan, bit_rate: 10_000_000, ..BusConfig::default() };
+pub fn spoken(period_s: f64, fault: NodeFault) -> Box<dyn Protocol> {
+    let mut bus =
+        BusConfig { protocol: ProtocolName::Dronecan, bit_rate: 10_000_000, ..BusConfig::default() };
+    let was_given = fault == NodeFault::AllocatorDies;
+    bus.dronecan.node_id = if was_given { NodeId::Allocated(BRIDGE) } else { NodeId::Fixed(BRIDGE) };
     protocol(&bus, period_s).expect("the built-in types")
 }
 
@@ -81,8 +91,15 @@ impl<'a> Nodes<'a> {
             twin.send_due(now_ns, sensors, &mut |frame| other.push(*frame));
             frames.extend(other.into_iter().filter(is_own));
         }
+        let is_second = slot.is_multiple_of(10 * self.tenth);
+        if self.fault == NodeFault::AllocatorDies && slot < self.from && is_second {
+            frames.push(well(ALLOCATOR, slot / (10 * self.tenth)));
+        }
         if slot < self.from {
             return frames;
+        }
+        if self.fault == NodeFault::OwnTwice && (slot - self.from).is_multiple_of(10 * self.tenth) {
+            frames.push(well(BRIDGE, (slot - self.from) / (10 * self.tenth)));
         }
         if self.fault == NodeFault::Disarmed && (slot - self.from).is_multiple_of(5 * self.tenth) {
             frames.push(disarmed(slot));
@@ -149,6 +166,15 @@ fn header(frame: &Frame) -> Option<TransferHeader> {
 fn disarmed(slot: u64) -> Frame {
     let id = Id::Extended(TransferHeader::message(16, ARMING, OTHER).id());
     Frame::classic(id, &[0, 0xC0 | (slot % 31) as u8]).expect("short")
+}
+
+/// `NodeStatus` of a node that is well and this old [s].
+fn well(node: u8, age_s: u64) -> Frame {
+    let id = Id::Extended(TransferHeader::message(24, STATUS, node).id());
+    let mut data = [0; 8];
+    data[..4].copy_from_slice(&(age_s as u32).to_le_bytes());
+    data[7] = 0xC0 | (age_s % 32) as u8;
+    Frame::classic(id, &data).expect("short")
 }
 
 fn changed(frame: &Frame, change: impl FnOnce(&mut [u8])) -> Frame {

@@ -80,6 +80,7 @@ fn faults_are_found_by_their_own_cause() {
         ("DroneCAN: checksums of one ESC wrong", Cause::SignalStale),
         ("DroneCAN: toggle bits of the IMU wrong", Cause::SignalStale),
         ("DroneCAN: second node with one ESC's number", Cause::NodeIdTwice),
+        ("DroneCAN: second node with the bridge's number", Cause::NodeIdTwice),
         ("DroneCAN: one ESC silent about how it is", Cause::NodeSilent),
         ("DroneCAN: one ESC in health ERROR", Cause::NodeUnhealthy),
         ("DroneCAN: another node says that no rotor may turn", Cause::ForeignCommand),

@@ -41,12 +41,16 @@ impl Allocatee {
     /// # Errors
     /// None for the types that come with the crate.
     pub fn new(unique_id: UniqueId, wished: u8) -> Result<Self, CanError> {
-        let subscription = subscription(&Library::build(&[])?)?;
+        Ok(Self::with(subscription(&Library::build(&[])?)?, unique_id, wished))
+    }
+
+    /// The same, where the message is known already.
+    pub(super) fn with(subscription: Subscription, unique_id: UniqueId, wished: u8) -> Self {
         // Nodes that begin at the same time must not draw the same.
         let seed = unique_id.0.iter().fold(0xCBF2_9CE4_8422_2325_u64, |seed, byte| {
             (seed ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01B3)
         });
-        Ok(Self {
+        Self {
             unique_id,
             wished,
             subscription,
@@ -57,7 +61,7 @@ impl Allocatee {
             follow_up: None,
             given: None,
             allocator: None,
-        })
+        }
     }
 
     /// The node id that it was given, and the allocator's own.

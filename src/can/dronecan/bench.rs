@@ -7,6 +7,7 @@ use crate::can::route::FrameRefusal;
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::signal::{Channel, Sensors};
 
+use super::asking::Asking;
 use super::assembler::{Assembler, Subscription, Transfer};
 use super::bus::DronecanBus;
 use super::node::Node;
@@ -61,6 +62,8 @@ pub(super) struct DronecanBenchEnd {
     messages: Vec<Sent>,
     /// Whether the rotors may turn, as it was heard last, and when [ns].
     armed: (bool, u64),
+    /// The nodes that have no id yet.
+    asking: Asking,
 }
 
 impl DronecanBenchEnd {
@@ -101,8 +104,26 @@ impl DronecanBenchEnd {
             stores,
             messages,
             armed: (false, 0),
+            asking: Asking::default(),
             bus: bus.clone(),
         }
+    }
+
+    /// The same with nodes that have no ids and ask for them; each wishes for the one that it would have by itself.
+    pub fn asking(bus: &DronecanBus, now_ns: u64) -> Self {
+        let mut bench = Self::new(bus, now_ns);
+        let wishes: Vec<u8> = bench.nodes.iter_mut().map(|node| std::mem::take(&mut node.id)).collect();
+        let asks = wishes.into_iter().enumerate().map(|(place, id)| (place, Node::unique_id(id), id));
+        bench.asking = Asking::new(bus.common.allocation, asks);
+        bench
+    }
+
+    /// A node has got its id: from now on it speaks, and hears what it is asked.
+    fn begin(&mut self, place: usize, id: u8) {
+        let Some(node) = self.nodes.get_mut(place) else { return };
+        node.id = id;
+        let (subscriptions, purposes) = listened_to(&self.bus, &self.nodes, &self.stores).into_iter().unzip();
+        (self.assembler, self.purposes) = (Assembler::new(subscriptions), purposes);
     }
 
     fn refuse(&mut self, refusal: FrameRefusal) -> Decoded {
@@ -115,7 +136,7 @@ impl DronecanBenchEnd {
 fn listened_to(bus: &DronecanBus, nodes: &[Node], stores: &[Option<Store>]) -> Vec<(Subscription, Purpose)> {
     let common = &bus.common;
     let mut all = vec![(bus.command.subscription, Purpose::Command), (common.arming, Purpose::Arming)];
-    for (node, (it, store)) in nodes.iter().zip(stores).enumerate() {
+    for (node, (it, store)) in nodes.iter().zip(stores).enumerate().filter(|(_, (it, _))| it.id != 0) {
         all.push((common.info_request(it.id), Purpose::InfoRequest { node }));
         if store.is_some() {
             all.push((common.get_set.requests_to(it.id), Purpose::Parameter { node }));
@@ -184,6 +205,9 @@ impl BenchEnd for DronecanBenchEnd {
 
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, commands: &mut RotorCommands) -> Decoded {
         self.counts.frames = self.counts.frames.wrapping_add(1);
+        if let Some((place, id)) = self.asking.receive(frame, stamp_ns) {
+            self.begin(place, id);
+        }
         let nothing = Decoded { updated: 0, refused: None };
         let Self { bus, assembler, purposes, counts, nodes, stores, armed, .. } = self;
         let transfer = match assembler.receive(frame, stamp_ns) {
@@ -225,8 +249,9 @@ impl BenchEnd for DronecanBenchEnd {
     }
 
     fn send_due(&mut self, now_ns: u64, sensors: &Sensors, send: &mut dyn FnMut(&Frame)) -> bool {
-        let Self { messages, nodes, .. } = self;
+        let Self { messages, nodes, asking, .. } = self;
         let mut any = false;
+        asking.due_frames(now_ns).iter().for_each(&mut *send);
         for message in messages.iter_mut().filter(|message| message.due_ns <= now_ns) {
             // Messages missed while the machine slept are not sent in a burst.
             let missed = (now_ns - message.due_ns) / message.period_ns;
@@ -238,7 +263,7 @@ impl BenchEnd for DronecanBenchEnd {
             for (channel, place, scale, offset) in known {
                 place.write(&mut message.payload, (channel.of(sensors).value - offset) / scale);
             }
-            let Some(node) = nodes.get(message.node) else { continue };
+            let Some(node) = nodes.get(message.node).filter(|node| node.id != 0) else { continue };
             let header = TransferHeader::message(message.priority, message.subscription.type_id, node.id);
             let transfer_id = message.transfer_id.take();
             TransferFrames::new(header, message.subscription.seed, transfer_id, &message.payload)
@@ -252,6 +277,10 @@ impl BenchEnd for DronecanBenchEnd {
             }
         }
         any
+    }
+
+    fn without_id(&self) -> usize {
+        self.asking.count()
     }
 
     fn counts(&self) -> Counts {

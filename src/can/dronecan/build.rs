@@ -32,6 +32,10 @@ impl Protocol for DronecanBus {
         Box::new(DronecanBenchEnd::new(self, now_ns))
     }
 
+    fn bench_end_without_ids(&self, now_ns: u64) -> Option<Box<dyn BenchEnd>> {
+        Some(Box::new(DronecanBenchEnd::asking(self, now_ns)))
+    }
+
     fn messages(&self) -> Vec<MessageDescription> {
         descriptions(self)
     }

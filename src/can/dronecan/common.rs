@@ -3,6 +3,7 @@
 use crate::can::error::CanError;
 use crate::can::resolve::fail;
 
+use super::allocation;
 use super::assembler::Subscription;
 use super::dsdl::CompoundBody;
 use super::library::Library;
@@ -36,6 +37,8 @@ pub(super) struct Common {
     pub info: Vec<u8>,
     /// Where the sixteen bytes of a node's unique id begin in `info`.
     pub unique_id: usize,
+    /// What nodes without an id ask for one with.
+    pub allocation: Subscription,
     /// Parameters of a node, and what it does with them.
     pub get_set: Service,
     pub execute_opcode: Service,
@@ -75,6 +78,7 @@ impl Common {
             info_signature: info.signature,
             unique_id: place("hardware_version.unique_id[0]")?.at / 8,
             info: bytes,
+            allocation: allocation::subscription(library)?,
             get_set: Service::find(library, service::name::GET_SET)?,
             execute_opcode: Service::find(library, service::name::EXECUTE_OPCODE)?,
         })

@@ -26,7 +26,7 @@ const fn table() -> [u16; 256] {
 
 /// Goes on with the checksum of a transfer's payload.
 #[must_use]
-pub(super) fn transfer_crc(seed: u16, bytes: &[u8]) -> u16 {
+pub(in crate::can) fn transfer_crc(seed: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(seed, |crc, byte| {
         let index = usize::from(crc >> 8) ^ usize::from(*byte);
         crc << 8 ^ TABLE.get(index).copied().unwrap_or(0)

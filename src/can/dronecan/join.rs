@@ -3,10 +3,10 @@
 use std::fs;
 use std::time::Duration;
 
-use crate::can::bus::Arrival;
+use crate::can::bus::{Arrival, Bus};
+use crate::can::bus_port::BusPort;
 use crate::can::config::BusConfig;
 use crate::can::error::CanError;
-use crate::can::port::Port;
 use crate::can::thresholds::THRESHOLDS;
 use crate::clock;
 
@@ -48,7 +48,7 @@ pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
         return Ok(config);
     }
     let fail = |reason: String| CanError::Interface { interface: config.interface.clone(), reason };
-    let mut port = Port::open(&config.interface, false)?;
+    let mut port = BusPort::open(&config.interface, false)?;
     let mut allocatee = Allocatee::new(unique_id(&config), 0)?;
     let end_ns = clock::monotonic_ns().saturating_add(THRESHOLDS.allocation_patience_ns);
     while clock::monotonic_ns() < end_ns {

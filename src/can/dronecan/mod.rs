@@ -12,6 +12,7 @@
 mod allocatee;
 mod allocation;
 mod allocator;
+mod asking;
 mod assembler;
 mod bench;
 mod bits;
@@ -20,7 +21,7 @@ mod build;
 mod bus;
 mod common;
 mod config;
-mod crc;
+pub(super) mod crc;
 mod describe;
 mod dsdl;
 mod join;

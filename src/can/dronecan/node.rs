@@ -22,6 +22,7 @@ pub(super) const AT_ONCE: usize = 2;
 /// A node of ours.
 #[derive(Debug, Clone)]
 pub(super) struct Node {
+    /// 0 = it has none yet, and is silent.
     pub id: u8,
     common: Common,
     /// [ns] of its first status, and when the next one is due.
@@ -38,10 +39,15 @@ pub(super) struct Node {
 impl Node {
     /// The node with this id, `name` and a unique id of its own on this bus.
     pub fn new(common: &Common, id: u8, name: &str) -> Self {
+        Self::with_unique_id(common, id, name, Self::unique_id(id))
+    }
+
+    /// The unique id of a node of ours that has this id by itself.
+    pub fn unique_id(id: u8) -> UniqueId {
         let mut unique_id = UniqueId([0; UNIQUE]);
         let unique = b"rotorbench".iter().chain(std::iter::once(&id));
         unique_id.0.iter_mut().zip(unique).for_each(|(place, byte)| *place = *byte);
-        Self::with_unique_id(common, id, name, unique_id)
+        unique_id
     }
 
     /// The same with this unique id.
@@ -67,12 +73,18 @@ impl Node {
 
     /// [ns] when it has something to say.
     pub fn due_ns(&self) -> u64 {
-        if self.answered < self.answer.len() { 0 } else { self.due_ns }
+        if self.id == 0 {
+            u64::MAX
+        } else if self.answered < self.answer.len() {
+            0
+        } else {
+            self.due_ns
+        }
     }
 
     /// Its state, if that is due at `now_ns`, with a code of its own.
     pub fn status(&mut self, now_ns: u64, code: u32) -> Option<Frame> {
-        if now_ns < self.due_ns {
+        if now_ns < self.due_ns || self.id == 0 {
             return None;
         }
         self.due_ns = now_ns.saturating_add(STATUS_EVERY_NS);

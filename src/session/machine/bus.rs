@@ -3,11 +3,14 @@
 use std::fs;
 
 use super::check::{MachineCheck, bad, good, warning};
-use crate::can::{BusConfig, InterfaceStatus, kernel_has_can, timestamps};
+use crate::can::{BusConfig, InterfaceStatus, MulticastGroup, kernel_has_can, timestamps};
 use crate::session::thresholds::THRESHOLDS;
 
 pub(super) fn look(bus: &BusConfig) -> Vec<MachineCheck> {
     let interface = bus.interface.as_str();
+    if let Some(Ok(group)) = MulticastGroup::parse(interface) {
+        return vec![device(&group)];
+    }
     if !kernel_has_can() {
         return vec![no_can()];
     }
@@ -43,6 +46,17 @@ pub(super) fn look(bus: &BusConfig) -> Vec<MachineCheck> {
     findings.push(of_interface(queue(interface)));
     findings.push(of_interface(stamps(interface)));
     findings
+}
+
+/// The device of a bus that needs no CAN.
+fn device(group: &MulticastGroup) -> MachineCheck {
+    const CHECK: &str = "UDP multicast";
+    let looked = match group.ready() {
+        Ok(device) if device.is_loopback => good(CHECK, "multicast_stays"),
+        Ok(_) => warning(CHECK, "multicast_leaves"),
+        Err(error) => bad(CHECK, "interface_unreadable").with("error", error.to_string()),
+    };
+    looked.with("interface", group.to_string()).with("device", group.device.as_str())
 }
 
 fn no_can() -> MachineCheck {

@@ -9,10 +9,9 @@ use serde::Serialize;
 
 use super::JitterConfig;
 use crate::bench::BenchConfig;
-use crate::can::Port;
+use crate::can::{BusPort, is_virtual};
 use crate::clock;
-use crate::rt::{self, Cycle, Granted, LogWriter, RealTimeConfig, Shutdown, Statistics, Usage};
-use crate::runtime::bus_io::is_virtual;
+use crate::rt::{self, Cycle, Granted, LogQueue, LogWriter, RealTimeConfig, Shutdown, Statistics, Usage};
 use crate::runtime::control::ControlProcess;
 use crate::runtime::run::RunLoop;
 use crate::runtime::{ProcessError, controller_plant, emulate};
@@ -100,7 +99,7 @@ pub(crate) fn measure(
         }
         Stage::Bus => {
             // Whether there is a bus at all, before anything of the bench is touched.
-            drop(Port::open(&bench.bus.interface, bench.bus.fd)?);
+            drop(BusPort::open(&bench.bus.interface, bench.bus.fd)?);
             if !is_virtual(&bench.bus.interface) {
                 if !config.is_interface_named {
                     return Err(ProcessError::JitterOnHardware { interface: bench.bus.interface.clone() });
@@ -108,7 +107,7 @@ pub(crate) fn measure(
                 return on_own_thread(|| bus(bench, slots, shutdown, false));
             }
             beside(
-                |peer| emulate::on_bus(&peer_of(bench), None, peer).map(|_| ()),
+                |peer| emulate::on_bus(&peer_of(bench), false, None, peer).map(|_| ()),
                 |_| on_own_thread(|| bus(bench, slots, shutdown, true)),
             )
         }
@@ -266,7 +265,7 @@ fn shared_memory(
 ) -> Result<StageTimes, ProcessError> {
     let source = controller_plant::command_source(config)?;
     await_sensors(config, peer)?;
-    let mut control = ControlProcess::open(config, source)?;
+    let mut control = ControlProcess::open(config, source, LogQueue::new(8))?;
     let granted = config.real_time.apply()?;
     control.start();
     Ok(go_through(&mut control, slots, shutdown, granted))
