@@ -34,6 +34,8 @@ crate::thresholds! {
     /// count: residuals of short units up to which a fit keeps its derivatives. Those of more are made anew for each step, a few units at
     /// a time.
     kept_slopes: usize = 500_000, "count", "judgement (memory): each derivative takes 4 MB";
+    /// count: units that such a fit works on together.
+    units_together: usize = 16, "count", "judgement: their derivatives stay in the cache";
     /// [variance of a residual] a step of such a fit that lowers the cost by what was foretold of it, but for so little, is the last one: what
     /// is left is no more, a thirtieth of a standard error.
     foretold: f64 = 1e-3, "variance", "judgement";

@@ -17,9 +17,6 @@ use super::unit_slopes::{UnitSlopes, local_step, moved_local, quotients};
 use crate::cancel;
 use crate::threads::spread_out;
 
-/// Units that are worked on together: their derivatives stay in the cache.
-const TOGETHER: usize = 16;
-
 /// Fits a problem of very many short units; `None` of any other.
 pub(super) fn fit(
     problem: &dyn OutputError,
@@ -308,9 +305,9 @@ impl UnitFit<'_> {
     ) -> Vec<R> {
         let units = self.problem.units();
         let is_kept = !kept.is_empty();
-        let mut blocks = Vec::with_capacity(units.len().div_ceil(TOGETHER));
-        for from in (0..units.len()).step_by(TOGETHER) {
-            let block = from..(from + TOGETHER).min(units.len());
+        let mut blocks = Vec::with_capacity(units.len().div_ceil(THRESHOLDS.units_together));
+        for from in (0..units.len()).step_by(THRESHOLDS.units_together) {
+            let block = from..(from + THRESHOLDS.units_together).min(units.len());
             let wanted = if is_kept { self.places(&block).len() } else { 0 };
             let (part, rest) = std::mem::take(&mut kept).split_at_mut_checked(wanted).unwrap_or_default();
             kept = rest;
