@@ -158,8 +158,7 @@ mod tests {
         let is_replaced = log.body().expect("a body").has(RATE_OF_ANGLE);
         assert_eq!(rates[0] != rates[1], is_replaced);
         assert!(!is_replaced || filter < 3.0 || apart(&rates[0]) < 0.2 * apart(&rates[1]));
-        let found = log.findings().find(|it| it.code == RATE_OF_ANGLE).map(|it| it.number("lag_ms"));
-        found
+        log.findings().find(|it| it.code == RATE_OF_ANGLE).map(|it| it.number("lag_ms"))
     }
 
     #[test]

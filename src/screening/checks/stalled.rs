@@ -85,10 +85,14 @@ fn least_turning_command(data: &RotorLog, rate: &[f64], whole: &[Range<usize>], 
                 continue;
             }
             let from = *since.get_or_insert(data.time[row]);
-            while greatest.pop_back_if(|last| data.command[*last] <= data.command[row]).is_some() {}
+            while greatest.back().is_some_and(|last| data.command[*last] <= data.command[row]) {
+                greatest.pop_back();
+            }
             greatest.push_back(row);
             let begins = data.time[row] - THRESHOLDS.dropout_started;
-            while greatest.pop_front_if(|first| data.time[*first] < begins).is_some() {}
+            while greatest.front().is_some_and(|first| data.time[*first] < begins) {
+                greatest.pop_front();
+            }
             if from <= begins {
                 least = least.min(greatest.front().map_or(f64::INFINITY, |row| data.command[*row]));
             }
