@@ -38,6 +38,8 @@ pub(crate) struct Instants {
     pub over_lead: f64,
     /// [s] standard deviation of the dead time.
     pub delay_deviation: f64,
+    /// [-] of all changes of the output's level, the share that goes with the input; below zero, against it.
+    pub answered: f64,
 }
 
 impl Instants {
@@ -92,7 +94,8 @@ impl Stepped<'_> {
         if usable.filter(|pair| pair.iter().all(lasts)).count() < fewest {
             return None;
         }
-        let (few, many) = (self.first(THRESHOLDS.searched_steps), self.first(THRESHOLDS.judged_steps));
+        let (few, many) =
+            (self.first_holds(THRESHOLDS.searched_steps), self.first_holds(THRESHOLDS.judged_steps));
         let (few, many) = (Stepped { stretches: &few, ..*self }, Stepped { stretches: &many, ..*self });
         let trial = |following: Following, curve| Trial { following, steps: Steps::Between, curve };
         let poles = (0..THRESHOLDS.tried_poles).map(|power| 2.0 * 1.5_f64.powi(power));
@@ -112,7 +115,8 @@ impl Stepped<'_> {
         // Pole and lag go with the dead time: without one they are others.
         let without = few.follow(trial(between, curve), 0.0..0.0);
         let (found, delay_deviation, best) = many.delayed(&trial(between, curve), without);
-        let noise = many.carry_out(&trial(between, curve)).mean_square();
+        let judged = many.carry_out(&trial(between, curve));
+        let (noise, answered) = (judged.mean_square(), judged.answered());
         let steps = self.carry_out(&trial(found, curve)).steps;
         let steps: Vec<Instant> = steps.iter().map(|step| instant(step, noise)).collect();
         (steps.len() >= fewest).then_some(Instants {
@@ -120,6 +124,7 @@ impl Stepped<'_> {
             over_rows: best - fixed,
             over_lead: best - leads,
             delay_deviation,
+            answered,
         })
     }
 
@@ -132,7 +137,7 @@ impl Stepped<'_> {
     }
 
     /// The first holds of all stretches, up to `most`.
-    fn first(&self, most: usize) -> Vec<Vec<Hold>> {
+    fn first_holds(&self, most: usize) -> Vec<Vec<Hold>> {
         let mut left = most;
         let mut few = Vec::new();
         for holds in self.stretches.iter().filter(|holds| holds.len() > 1) {
@@ -161,8 +166,8 @@ impl Stepped<'_> {
         at.0
     }
 
-    /// The dead time: none, and the output follows as it does `without`, where the data allow that, else its mean over what they allow; its standard deviation [s], and the logarithm
-    /// of the likelihood of the best.
+    /// The dead time: none, and the output follows as it does `without`, where the data allow that, else its mean over what they
+    /// allow; its standard deviation [s], and the logarithm of the likelihood of the best.
     fn delayed(&self, near: &Trial, without: Following) -> (Following, f64, f64) {
         let noise = self.carry_out(near).mean_square();
         let marginal = |following: Following| {
@@ -254,8 +259,8 @@ impl Search<'_> {
             // The sum of all times stays: what a second lag takes, the dead time gives.
             let delay = |second: f64| self.within(it.delay - (second - it.second) / it.pole);
             let late = |second: f64| Following { second, delay: delay(second), ..it };
-            self.along(at, 0.0..0.95, gain(it.second), lag);
-            self.along(at, 0.0..0.95, gain(it.second), late);
+            self.along(at, 0.0..THRESHOLDS.longest_second_lag, gain(it.second), lag);
+            self.along(at, 0.0..THRESHOLDS.longest_second_lag, gain(it.second), late);
         }
     }
 
@@ -266,7 +271,7 @@ impl Search<'_> {
             pole: to.pole * (to.pole / from.pole).powf(share),
             upward: to.upward + share * (to.upward - from.upward),
             by_input: to.by_input + share * (to.by_input - from.by_input),
-            second: (to.second + share * (to.second - from.second)).clamp(0.0, 0.95),
+            second: (to.second + share * (to.second - from.second)).clamp(0.0, THRESHOLDS.longest_second_lag),
             delay: self.within(to.delay + share * (to.delay - from.delay)),
         });
     }

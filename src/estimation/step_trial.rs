@@ -94,6 +94,17 @@ impl Tried {
         if self.rows == 0 { f64::INFINITY } else { self.squares / self.rows as f64 }
     }
 
+    /// [-] of all changes of level, the share that goes with the input.
+    pub fn answered(&self) -> f64 {
+        let pairs = self.levels.windows(2).zip(self.steps.iter().skip(1));
+        let changes = pairs
+            .filter(|(levels, (_, inputs, _))| levels[0].0 == inputs[0])
+            .map(|(levels, (_, inputs, _))| (levels[1].1 - levels[0].1, (inputs[1] - inputs[0]).signum()));
+        let (with, all) =
+            changes.fold((0.0, 0.0), |(with, all), (change, way)| (with + way * change, all + change.abs()));
+        if all > 0.0 { with / all } else { 0.0 }
+    }
+
     /// Logarithm of the likelihood, the noise being what is left.
     pub fn likelihood(&self) -> f64 {
         -0.5 * self.rows as f64 * self.mean_square().max(f64::MIN_POSITIVE).ln()
@@ -246,9 +257,9 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Places over the interval at which one looks first, and parts of the distance between them at which one looks next.
+    /// Places over the interval at which one looks first, and how often one looks four times closer next.
     const PLACES: usize = 8;
-    const CLOSER: [f64; 4] = [1.0, 0.25, 0.0625, 0.015_625];
+    const CLOSER: i32 = 4;
     /// Points over which it is summed, and standard deviations to both sides that these cover.
     const POINTS: usize = 48;
     const REACH: f64 = 5.0;
@@ -259,8 +270,8 @@ impl Profile {
         let all = places.map(|ahead| (ahead, left(ahead)));
         let (mut middle, _) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.5, 0.0));
         let mut found = Self { ahead: middle, squares: 0.0, curvature: 0.0 };
-        for share in Self::CLOSER {
-            let step = share / Self::PLACES as f64;
+        for power in 0..Self::CLOSER {
+            let step = 0.25_f64.powi(power) / Self::PLACES as f64;
             middle = middle.clamp(step, 1.0 - step);
             let [low, here, high] = [-step, 0.0, step].map(|by| left(middle + by));
             let bend = (low - 2.0 * here + high) / (2.0 * step * step);

@@ -143,6 +143,8 @@ crate::thresholds! {
     longest_lead: f64 = 2.0, "rows", "loggers that write a command with the next row";
     /// dead times behind a step that are tried before the best is refined, at most
     most_step_delays: f64 = 80.0, "count", "judgement (time of computing)";
+    /// [-] longest second time constant behind a step, over the first
+    longest_second_lag: f64 = 0.95, "-", "judgement: at one the two cannot be told apart";
     /// dead times, over two intervals, by which it is judged
     step_delay_grid: usize = 24, "count", "a twelfth of an interval";
     /// logarithm of a likelihood below the best with which a dead time of none is allowed

@@ -62,7 +62,13 @@ pub(crate) fn widen<const M: usize>(fit: &mut LagFit, record: &Record<M>, deviat
             normal -= &along * along.transpose() / ee;
         }
     }
-    let Some((known, left)) = invert(&normal).zip(invert(&(&normal - &lost))) else { return };
+    if let Some((known, left)) = invert(&normal).zip(invert(&(&normal - &lost))) {
+        scale::<M>(fit, &known, &left);
+    }
+}
+
+/// Errors by as much larger as the information that is left knows less.
+fn scale<const M: usize>(fit: &mut LagFit, known: &DMatrix<f64>, left: &DMatrix<f64>) {
     let factor =
         DVector::from_fn(M + 1, |index, _| (left[(index, index)] / known[(index, index)]).max(1.0).sqrt());
     for covariance in [&mut fit.covariance, &mut fit.per_noise] {

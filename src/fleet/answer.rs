@@ -45,22 +45,22 @@ pub struct DiagnosisExtract {
     pub error: Errors,
     /// See `diagnose --json`.
     #[serde(default)]
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<TriedCandidate>,
 }
 
 /// An effect that was tried, or was not.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Candidate {
+pub struct TriedCandidate {
     /// Its id.
     pub effect: String,
     /// See `diagnose --json`.
     #[serde(default)]
-    pub refusal: Option<Refused>,
+    pub refusal: Option<RefusedEffect>,
 }
 
 /// Why an effect was not tried.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Refused {
+pub struct RefusedEffect {
     /// See `diagnose --json`.
     pub code: String,
 }
@@ -68,7 +68,7 @@ pub struct Refused {
 impl DiagnosisExtract {
     /// Effects that the model has already.
     pub(super) fn in_model(&self) -> Vec<String> {
-        let has = |it: &&Candidate| it.refusal.as_ref().is_some_and(|why| why.code == "in_model");
+        let has = |it: &&TriedCandidate| it.refusal.as_ref().is_some_and(|why| why.code == "in_model");
         self.candidates.iter().filter(has).map(|it| it.effect.clone()).collect()
     }
 }

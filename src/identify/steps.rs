@@ -1,6 +1,6 @@
 //! The steps of section III, each as far as the logs reach: what it found, or why it found nothing.
 
-use super::dead_time::{self, Delay, DelayedFit};
+use super::dead_time::{self, Delay};
 use super::inertia::{self, IdentifiedBody};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
@@ -203,10 +203,7 @@ impl Work<'_> {
         let delayed = self.settings.delay.then(|| {
             dead_time::identify(&fit, &alternatives, (interval, unknown), |delay| record(&excited, delay))
         });
-        let (mut fit, delay) = match delayed.flatten() {
-            Some(DelayedFit { fit, delay }) => (fit, Some(delay)),
-            None => (fit, None),
-        };
+        let (mut fit, delay) = delayed.flatten().map_or((fit, None), |it| (it.fit, Some(it.delay)));
         if let Some(deviation) = lag_order::step_deviation(&excited) {
             let late = delay.as_ref().map_or(NO_DELAY, |it| it.delay.value);
             unknown_instants::widen(&mut fit, &record(&excited, late), deviation);

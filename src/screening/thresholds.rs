@@ -411,6 +411,10 @@ crate::thresholds! {
     even_spread: f64 = 0.5, "-", "random benches: 0.8 to 1.3 of even ones, 0 to 0.3 of laws that were not known";
     /// [intervals²] variance of instants that the rates can tell from chance, from which their spread is asked about
     telling_spread: f64 = 0.015, "intervals²", "judgement";
+    /// [-] variance that the estimated variance of one even instant has, over the square of that variance
+    even_variance_error: f64 = 0.8, "-", "the kurtosis of an even distribution, 1.8, less one";
+    /// [-] share of all changes of a rotor's level that goes with its commands, from which it answers to them
+    answered_steps: f64 = 0.5, "-", "judgement: a rotor that answers has nearly 1, a rate that drifts for itself nearly 0";
     /// standard errors of the variance of even instants by which they may spread wider than even ones
     widest_spread_errors: f64 = 3.0, "standard errors", "normal distribution: 1 in 700 by chance";
 }

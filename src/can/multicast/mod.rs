@@ -25,7 +25,7 @@ pub use group::MulticastGroup;
 pub use socket::NetworkDevice;
 
 use datagram::LONGEST;
-use socket::{BATCH, Batch};
+use socket::{BATCH, DatagramBatch};
 
 /// Most datagrams that one [`MulticastPort::receive`] takes, so that a flood cannot hold the cycle.
 const MOST: usize = 16 * BATCH;
@@ -37,7 +37,7 @@ pub struct MulticastPort {
     /// Where our own datagrams come from.
     own: SocketAddr,
     fd: bool,
-    batch: Box<Batch>,
+    batch: Box<DatagramBatch>,
     stamps: StampClock,
     looked_ns: u64,
     counts: PortCounts,
@@ -64,7 +64,7 @@ impl MulticastPort {
             said,
             own,
             fd,
-            batch: Batch::new(),
+            batch: DatagramBatch::new(),
             stamps: StampClock::new(looked_ns),
             looked_ns,
             counts: PortCounts::default(),

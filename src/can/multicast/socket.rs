@@ -24,7 +24,7 @@ pub struct NetworkDevice {
 }
 
 /// Room for datagrams of one `recvmmsg`.
-pub(super) struct Batch {
+pub(super) struct DatagramBatch {
     /// One byte more than the longest may have: a longer one is seen to be.
     data: [[u8; LONGEST + 1]; BATCH],
     senders: [libc::sockaddr_in; BATCH],
@@ -39,7 +39,7 @@ pub(super) struct Datagram<'a> {
     pub(super) control: Control,
 }
 
-impl Batch {
+impl DatagramBatch {
     #[allow(unsafe_code, reason = "buffers of the kernel, zero at first")]
     pub(super) fn new() -> Box<Self> {
         // SAFETY: all fields are arrays of integers, for which all-zero bytes are a value.

@@ -35,11 +35,13 @@ fn step_between_rows(found: &Instants) -> bool {
     let least = THRESHOLDS.even_spread * (1.0 + known / EVEN);
     // Instants that want to be beyond their interval stand at its ends: more than even ones do is a law that was not known. (The
     // variance of even ones is known to √(0.8 / n) of itself.)
-    let chance = THRESHOLDS.widest_spread_errors * (0.8 / found.steps.len() as f64).sqrt();
+    let chance = THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
     let is_within = found.spread() < told * (1.0 + chance);
     let is_even =
         told < THRESHOLDS.telling_spread || (is_within && found.unexplained_variance() > least * told);
-    found.over_rows > THRESHOLDS.between_rows_evidence
+    // Rates that do not answer the command say nothing of when it stepped.
+    found.answered.abs() > THRESHOLDS.answered_steps
+        && found.over_rows > THRESHOLDS.between_rows_evidence
         && found.over_lead > THRESHOLDS.logged_late_evidence
         && is_even
 }
