@@ -3,23 +3,22 @@
 use super::thresholds::THRESHOLDS;
 use crate::screening::rotor_data::RotorLog;
 
-/// Whether the rate goes down behind a command that went up, and does not merely go before one that comes down.
+/// Whether the rate goes down right behind a command that went up. Only the change from one row to the next is asked about: what a
+/// controller makes of the rate itself comes slower than that, and a change over many rows goes along with what was before it.
 pub(crate) fn answers_downwards(rotor: &RotorLog) -> bool {
     let rows = ((THRESHOLDS.answer_span / rotor.interval).round() as usize).max(1);
-    let (mut behind, mut before) = (0.0, 0.0);
-    for segment in rotor.segments.iter().filter(|segment| segment.len() > 2 * rows) {
-        for row in segment.start + rows..segment.end - rows {
-            let change = |values: &[f64], from: usize| values[from + rows] - values[from];
-            let (was, is) = (row - rows, row);
-            let pair = |command: usize, rate: usize| {
-                let product = change(&rotor.command, command) * change(&rotor.rate, rate);
-                if product.is_finite() { product } else { 0.0 }
-            };
-            behind += pair(was, is);
-            before += pair(is, was);
+    let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
+    for segment in rotor.segments.iter().filter(|segment| segment.len() > rows + 1) {
+        for row in segment.start + 1..segment.end - rows {
+            let change = rotor.command[row] - rotor.command[row - 1];
+            let product = change * (rotor.rate[row + rows] - rotor.rate[row]);
+            if product.is_finite() {
+                sum += product;
+                squares += product * product;
+            }
         }
     }
-    behind < 0.0 && behind.abs() > THRESHOLDS.answer_behind * before.min(0.0).abs()
+    sum < -THRESHOLDS.answer_errors * squares.sqrt()
 }
 
 #[cfg(test)]

@@ -33,8 +33,8 @@ crate::thresholds! {
     falling_rate_rms: f64 = 2.0, "-", "judgement";
     /// [s] over which a command's change, and the rate's behind it, are taken for the sign of an answer.
     answer_span: f64 = 0.1, "s", "a rotor of 10 1/s has gone most of its way";
-    /// [-] times what the rate did before the command changed that it must do behind it: along a ramp both are the same.
-    answer_behind: f64 = 0.9, "-", "judgement";
+    /// Standard errors of the mean of their products from which the rate answers a change of the command downwards.
+    answer_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";
     /// [-] range of steady commands below which nothing is said of where the curve goes.
     narrowest_steady_range: f64 = 0.05, "-", "judgement";
     /// [-] correlation of steady rates with their commands below which the rates fall.

@@ -94,7 +94,7 @@ fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     assert_eq!(of_rotors("own_model_worse"), ["rotor 3", "rotor 4"], "{}", found["findings"]);
     let shown = said_out(&run(&["identify", "--log", &train]));
     assert!(
-        shown.contains("rotor 3: its own model leaves"),
+        shown.contains("rotor 3; rotor 4: its own model leaves"),
         "what is said of a rotor is said beside the others: {shown}"
     );
     let page = text(&desk.path("page.html"));
