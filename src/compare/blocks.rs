@@ -99,7 +99,6 @@ fn actuator(
         let input = RotorInput {
             time,
             command: &command[rows.clone()],
-            command_from: judged.data().command_from(&rows),
             voltage: battery.map(|volts| &volts[rows.clone()]),
             side: side(rotor),
         };
@@ -296,7 +295,6 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
             let input = RotorInput {
                 time,
                 command: &data.command[rows.clone()],
-                command_from: data.command_from(rows),
                 voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
                 side: side(rotor),
             };
