@@ -75,6 +75,12 @@ fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64>
         DVector::from_iterator(pasts.len(), pasts.iter().map(|rows| values[rows[place]]))
     };
     let both = [of(&data.rate, BEFORE), of(&data.command, BEFORE + later)];
+    // What is new in a column without noise is the rounding of its digits, and how a curve bends.
+    let least = [&data.rate[..], &data.command[..]].map(|values| {
+        let known = values.iter().copied().filter(|value| value.is_finite());
+        let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
+        THRESHOLDS.loop_news * (high - low)
+    });
     let mut kept: Vec<usize> = (0..pasts.len()).collect();
     let mut found = f64::NAN;
     for _ in 0..THRESHOLDS.loop_passes {
@@ -85,6 +91,9 @@ fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64>
             let usual = median(new.iter().map(|value| value.abs())).unwrap_or(0.0) / MEDIAN_OF_NORMAL;
             THRESHOLDS.loop_clip * usual
         });
+        if most.iter().zip(least).any(|(most, least)| *most < THRESHOLDS.loop_clip * least) {
+            return None;
+        }
         kept.clear();
         kept.extend((0..pasts.len()).filter(|at| rate[*at].abs() < most[0] && command[*at].abs() < most[1]));
         if kept.len() < THRESHOLDS.new_fewest / 2 {
