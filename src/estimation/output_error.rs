@@ -4,7 +4,7 @@
 //! holes, a window). The local ones are eliminated unit by unit, so that a thousand windows cost no more than
 //! their simulation. Gauss-Newton steps with Levenberg-Marquardt damping; derivatives by differences of the
 //! same simulation that serves every other purpose. Fits of very many short units keep no derivatives:
-//! [`unit_fit`](super::unit_fit).
+//! [`unit_fit`].
 
 use std::ops::Range;
 

@@ -4,7 +4,7 @@
 //! second file): plots zoom, show values under the cursor and hide a curve by a click on its name.
 //!
 //! ```
-//! use rotorbench::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
+//! use rotorbench::report::{Axis, Bars, Mark, Page, Plot, Series, TextTable, Tone, number};
 //!
 //! let time: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.02).collect();
 //! let measured: Vec<f64> = time.iter().map(|t| (t * 2.0).sin() * 600.0).collect();
@@ -16,7 +16,7 @@
 //!     .heading("Rotor 1")
 //!     .paragraph("Free run on `step.csv`, driven by the measured command.")
 //!     .table(
-//!         Table::new(["quantity", "value", "standard error", "unit"])
+//!         TextTable::new(["quantity", "value", "standard error", "unit"])
 //!             .caption("Fitted parameters")
 //!             .row(["pole p".to_owned(), number(16.012, 4), number(0.02, 2), "rad/s".to_owned()]),
 //!     )

@@ -3,9 +3,9 @@
 //! A process [`joins`](BenchMember::join) a bench in a [`ProcessRole`], publishes topics and subscribes to topics:
 //!
 //! ```no_run
-//! use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
+//! use rotorbench::shm::{BenchMember, ProcessRole, SENSORS, SharedMemoryConfig};
 //!
-//! let bench = Bench::join("bench", &SharedMemoryConfig::default(), Role::Monitor)?;
+//! let bench = BenchMember::join("bench", &SharedMemoryConfig::default(), ProcessRole::Monitor)?;
 //! let mut sensors = bench.subscribe(&SENSORS)?;
 //! if let Some(newest) = sensors.newest() {
 //!     println!("{:.3} rad/s", newest.body_rate.value);

@@ -78,7 +78,8 @@ fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64>
     // What is new in a column without noise is the rounding of its digits, and how a curve bends.
     let least = [&data.rate[..], &data.command[..]].map(|values| {
         let known = values.iter().copied().filter(|value| value.is_finite());
-        let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
+        let (low, high) =
+            known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
         THRESHOLDS.loop_news * (high - low)
     });
     let mut kept: Vec<usize> = (0..pasts.len()).collect();
