@@ -36,9 +36,9 @@ crate::thresholds! {
     kept_slopes: usize = 500_000, "count", "judgement (memory): each derivative takes 4 MB";
     /// count: units that such a fit works on together.
     units_together: usize = 16, "count", "judgement: their derivatives stay in the cache";
-    /// [variance of a residual] a step of such a fit that lowers the cost by what was foretold of it, but for so little, is the last one: what
+    /// [variance of a residual] a step of such a fit that lowers the cost by what was predicted of it, but for so little, is the last one: what
     /// is left is no more, a thirtieth of a standard error.
-    foretold: f64 = 1e-3, "variance", "judgement";
+    predicted: f64 = 1e-3, "variance", "judgement";
     /// [-] share of measured rows from which on all rows of a residual vector are kept.
     mostly_measured: f64 = 0.8, "-", "judgement (memory)";
     /// [-] share of the cost below which a step's fall is slow.

@@ -3,7 +3,7 @@
 //! of an hour at 1 kHz a tenth of what the derivatives take.
 //!
 //! Problem, steps and standard errors are those of [`output_error`](super::output_error); but no derivatives serve a second step, and
-//! a fit also ends behind a step that lowered the cost as the normal equations foretold: what is left is as little as they were off.
+//! a fit also ends behind a step that lowered the cost as the normal equations predicted: what is left is as little as they were off.
 
 use std::ops::Range;
 
@@ -123,8 +123,8 @@ impl UnitFit<'_> {
             }
             // A step that is short because it was held back says nothing about how far the valley goes on.
             let is_whole = damping < THRESHOLDS.held_back;
-            let is_foretold = unforeseen.abs() * (kept.len() as f64) < THRESHOLDS.foretold;
-            let is_there = is_whole && (fall < config.tolerance || is_foretold);
+            let is_predicted = unforeseen.abs() * (kept.len() as f64) < THRESHOLDS.predicted;
+            let is_there = is_whole && (fall < config.tolerance || is_predicted);
             if is_there || iterations >= config.iterations {
                 break;
             }

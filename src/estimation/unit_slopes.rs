@@ -76,29 +76,29 @@ pub(super) fn local_step(
             column
         })
         .collect();
-    let (mut next, mut foretold) = (locals.to_vec(), vec![0.0; units.len()]);
-    for ((unit, own), foretold) in units.iter().zip(next.chunks_mut(count)).zip(&mut foretold) {
+    let (mut next, mut predicted) = (locals.to_vec(), vec![0.0; units.len()]);
+    for ((unit, own), predicted) in units.iter().zip(next.chunks_mut(count)).zip(&mut predicted) {
         let columns: Vec<&[f64]> = columns.iter().map(|column| &column[unit.clone()]).collect();
         let left = &residuals[unit.clone()];
         let shares = nearest(&columns, &[left.to_vec()]);
         for ((local, share), column) in own.iter_mut().zip(shares.iter()).zip(&columns) {
             *local -= share;
-            *foretold += share * dot(column, left);
+            *predicted += share * dot(column, left);
         }
     }
     let before = sum_of_squares(residuals);
     // Not a number is no gain either.
-    let all: f64 = foretold.iter().sum();
+    let all: f64 = predicted.iter().sum();
     if all.partial_cmp(&(tolerance * before)) != Some(std::cmp::Ordering::Greater) {
         return false;
     }
     let mut moved = vec![0.0; residuals.len()];
     at.write(block.clone(), &next, &mut moved);
-    // Unit by unit: what one gains beyond what was foretold does not make up for what another lacks.
+    // Unit by unit: what one gains beyond what was predicted does not make up for what another lacks.
     let (mut fall, mut unforeseen) = (0.0, 0.0);
-    for (index, (unit, foretold)) in units.iter().zip(&foretold).enumerate() {
+    for (index, (unit, predicted)) in units.iter().zip(&predicted).enumerate() {
         let gained = sum_of_squares(&residuals[unit.clone()]) - sum_of_squares(&moved[unit.clone()]);
-        unforeseen += (gained - foretold).abs();
+        unforeseen += (gained - predicted).abs();
         if gained > 0.0 {
             fall += gained;
             residuals[unit.clone()].copy_from_slice(&moved[unit.clone()]);

@@ -123,7 +123,7 @@ fn a_fit_of_many_units_is_that_which_keeps_all_derivatives() {
     assert!(differ(errors.0, errors.1) < 0.02, "{errors:?}");
     assert_eq!(found.standard_errors[1], f64::INFINITY, "it is held");
     // In variances of a residual.
-    assert!(found.cost < expected.cost + 2.0 * THRESHOLDS.foretold, "{} {}", found.cost, expected.cost);
+    assert!(found.cost < expected.cost + 2.0 * THRESHOLDS.predicted, "{} {}", found.cost, expected.cost);
     assert_eq!(found.residuals.len(), few.len());
     let kept = found.residuals.measured();
     assert_eq!(kept.len(), expected.residuals.measured().len());
