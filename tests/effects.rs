@@ -216,7 +216,13 @@ fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
     if rotor {
         let command: Vec<f64> = time.iter().map(|at| wave(*at)).collect();
         let voltage: Vec<f64> = time.iter().map(|at| 12.5 - 0.05 * at).collect();
-        let input = RotorInput { time: &time, command: &command, voltage: Some(&voltage), side: 1.0 };
+        let input = RotorInput {
+            time: &time,
+            command: &command,
+            command_from: None,
+            voltage: Some(&voltage),
+            side: 1.0,
+        };
         let mut trace = RotorTrace::default();
         equations.simulate_rotor(
             &input,
@@ -299,7 +305,7 @@ fn the_short_way_of_a_rotor_that_merely_lags_gives_what_the_long_one_gives() {
         late.set_parameter("transport_delay.delay", 1e-12);
         let run = |model: &Model| {
             let mut trace = RotorTrace::default();
-            let input = RotorInput { time: &time, command: &command, voltage, side: 1.0 };
+            let input = RotorInput { time: &time, command: &command, command_from: None, voltage, side: 1.0 };
             let start = RotorStart { rate: Some(500.0), ..RotorStart::default() };
             model.equations().expect("known effects").simulate_rotor(&input, &start, &mut trace);
             trace
@@ -322,7 +328,8 @@ fn a_law_on_the_command_knows_the_time() {
     let model = creeping();
     let equations = model.equations().expect("known effects");
     let time: Vec<f64> = (0..500).map(|row| 0.02 * f64::from(row)).collect();
-    let input = RotorInput { time: &time, command: &vec![0.5; 500], voltage: None, side: 1.0 };
+    let input =
+        RotorInput { time: &time, command: &vec![0.5; 500], command_from: None, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::default();
     equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
     // Behind the slow ramp by 1/16 s: 0.01 / 16 of the command, on a slope of 1600 rad/s, is 1 rad/s.

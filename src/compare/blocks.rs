@@ -99,6 +99,7 @@ fn actuator(
         let input = RotorInput {
             time,
             command: &command[rows.clone()],
+            command_from: judged.data().command_from(&rows),
             voltage: battery.map(|volts| &volts[rows.clone()]),
             side: side(rotor),
         };
@@ -295,6 +296,7 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
             let input = RotorInput {
                 time,
                 command: &data.command[rows.clone()],
+                command_from: data.command_from(rows),
                 voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
                 side: side(rotor),
             };

@@ -220,6 +220,7 @@ impl Driver<'_> {
             let input = RotorInput {
                 time: &data.time[rows.clone()],
                 command: &data.command[rows.clone()],
+                command_from: data.command_from(&rows),
                 voltage: judged.voltage().map(|voltage| &voltage[rows.clone()]),
                 side: if rotor == 0 { 1.0 } else { -1.0 },
             };

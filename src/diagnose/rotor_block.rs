@@ -23,6 +23,8 @@ pub struct RotorRun {
     pub time: Cells,
     /// [-] missing cells held.
     pub command: Cells,
+    /// [s] from when on each was in force; `None` = from its sample on.
+    pub command_from: Option<Cells>,
     /// [V] missing cells held; `None` when the log has none.
     pub voltage: Option<Cells>,
     /// [rad/s] not-a-number where missing.
@@ -38,6 +40,7 @@ impl RotorRun {
         RotorInput {
             time: &self.time,
             command: &self.command,
+            command_from: self.command_from.as_deref(),
             voltage: self.voltage.as_deref(),
             side: side(self.rotor),
         }
@@ -60,6 +63,7 @@ impl RotorRun {
             rows: self.rows.start + from..self.rows.start + from + count,
             time: part(&self.time),
             command: part(&self.command),
+            command_from: self.command_from.as_ref().map(part),
             voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
             counts: self.counts[from..from + count].to_vec(),
@@ -89,6 +93,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
                     voltage: judged.voltage().map(|voltage| voltage.part(rows.clone())),
                     time: data.time.part(rows.clone()),
                     command: data.command.part(rows.clone()),
+                    command_from: data.command_from.as_ref().map(|from| from.part(rows.clone())),
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
                     measured: rates.part(rows.clone()),
                     rows,

@@ -129,4 +129,30 @@ crate::thresholds! {
     colour_lags: usize = 4, "count", "judgement";
     /// times the largest lag that a signal lasts, at least, where it is correlated with another
     shortest_of_lag: usize = 8, "count", "judgement: most of both is still in common";
+    /// [rows] of a hold up to which a step to it says nothing of its instant: level and instant are two numbers
+    shortest_hold_rows: usize = 4, "rows", "judgement";
+    /// steps, from the beginning on, to which the way an output follows them is fitted
+    searched_steps: usize = 40, "count", "judgement (time of computing)";
+    /// steps by which it is judged when steps happened
+    judged_steps: usize = 400, "count", "judgement (time of computing)";
+    /// poles, from 2 1/s on by 1.5 each, of which the best is refined
+    tried_poles: i32 = 12, "count", "to 170 1/s";
+    /// [s] dead time behind a step that is looked for, at most
+    longest_step_delay: f64 = 0.15, "s", "judgement: ESCs answer within a tenth of that";
+    /// [rows] by which all steps may be logged late
+    longest_lead: f64 = 2.0, "rows", "loggers that write a command with the next row";
+    /// dead times behind a step that are tried before the best is refined, at most
+    most_step_delays: f64 = 80.0, "count", "judgement (time of computing)";
+    /// [-] longest second time constant behind a step, over the first
+    longest_second_lag: f64 = 0.95, "-", "judgement: at one the two cannot be told apart";
+    /// dead times, over two intervals, by which it is judged
+    step_delay_grid: usize = 24, "count", "a twelfth of an interval";
+    /// logarithm of a likelihood below the best with which a dead time of none is allowed
+    no_step_delay: f64 = 2.0, "-", "two standard errors of a normal distribution";
+    /// logarithm of a likelihood by which a fit must gain for each number more of the way an output follows steps
+    step_shape_gain: f64 = 4.0, "-", "as information criteria of some thousand rows ask";
+    /// logarithm of a likelihood: a round that gains less ends the search
+    step_search_end: f64 = 0.05, "-", "far below what decides anything";
+    /// rms of a residual that a step, moved by its standard deviation, must move the output by to count as one
+    felt_step: f64 = 0.1, "-", "judgement: a hundredth of the information of a row";
 }

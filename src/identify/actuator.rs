@@ -62,7 +62,13 @@ impl IdentifiedActuator {
         let command = held_throughout(command);
         let voltage =
             voltage.filter(|volts| volts.iter().any(|volts| volts.is_finite())).map(held_throughout);
-        let input = RotorInput { time, command: &command, voltage: voltage.as_deref(), side: 1.0 };
+        let input = RotorInput {
+            time,
+            command: &command,
+            command_from: None,
+            voltage: voltage.as_deref(),
+            side: 1.0,
+        };
         let mut trace = RotorTrace::with_squares();
         self.equations().simulate_rotor(&input, &RotorStart { rate, ..RotorStart::default() }, &mut trace);
         trace

@@ -16,6 +16,10 @@ pub(crate) fn find(
     left: f64,
     follows: impl Fn(&RotorLog, f64) -> Option<LagFit>,
 ) -> Option<Finding> {
+    // When they stepped is known already.
+    if part.command_from.is_some() {
+        return None;
+    }
     let earlier = a_row_earlier(part);
     // A row earlier and then late by the rest is less than a row earlier.
     let delay = |rows: f64| (1.0 - rows) * part.interval;

@@ -42,11 +42,11 @@ pub(crate) struct DelayedFit {
 }
 
 /// The fit with the delay that `alternatives` hold, where that is the one the data ask for and leaves noise alone;
-/// `record(τ)` is the record with commands delayed by τ.
+/// `record(τ)` is the record with commands delayed by τ, and τ is `unknown` [s] in any case.
 pub(crate) fn identify<const M: usize>(
     lag: &LagFit,
     alternatives: &[LagAlternative],
-    interval: f64,
+    (interval, unknown): (f64, f64),
     record: impl Fn(f64) -> Record<M>,
 ) -> Option<DelayedFit> {
     let near = alternatives.iter().find(|it| it.term == Term::DeadTime && it.needed && it.clear)?;
@@ -74,7 +74,7 @@ pub(crate) fn identify<const M: usize>(
     fit.covariance += &slope * slope.transpose() * variance;
     let rms = |squares: Vec<f64>| mean(&squares).sqrt();
     let delay_found = Delay {
-        delay: Estimate { value: delay, standard_error: variance.sqrt() },
+        delay: Estimate { value: delay, standard_error: variance.sqrt().hypot(unknown) },
         pole_without: Estimate { value: lag.pole, standard_error: lag.pole_error() },
         residual_without: lag.residual_rms,
         residual_with: fit.residual_rms,

@@ -9,11 +9,12 @@ use serde::Serialize;
 use super::Estimate;
 use super::dead_time::{self, Delay, DelayedFit};
 use super::lag_order::{self, LagAlternative};
-use super::regressors::record_of;
+use super::regressors::{NO_DELAY, record_of};
 use super::static_curve::DegreeScore;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, RotorResponse};
 use crate::estimation::moments::mean;
+use crate::estimation::unknown_instants;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
@@ -124,6 +125,10 @@ impl Problem<'_> {
         let mut lag = self.fit::<M>(0.0)?;
         let alternatives = self.alternatives::<M>(&lag);
         let mut delayed = if delays { self.delayed::<M>(&lag, &alternatives) } else { None };
+        self.allow_for_instants::<M>(&mut lag, NO_DELAY);
+        if let Some(delayed) = &mut delayed {
+            self.allow_for_instants::<M>(&mut delayed.fit, delayed.delay.delay.value);
+        }
         if self.battery {
             let fits = std::iter::once(&mut lag).chain(delayed.as_mut().map(|delayed| &mut delayed.fit));
             fits.for_each(|fit| allow_for_reading_noise(fit, self.rotors, self.degree));
@@ -134,15 +139,26 @@ impl Problem<'_> {
     /// The delay that was found `first`, and all the rest again beside it.
     fn behind<const M: usize>(&self, first: &Candidates) -> Option<Candidates> {
         let mut delayed = self.delayed::<M>(&first.lag, &first.alternatives)?;
+        self.allow_for_instants::<M>(&mut delayed.fit, delayed.delay.delay.value);
         if self.battery {
             allow_for_reading_noise(&mut delayed.fit, self.rotors, self.degree);
         }
         Some(Candidates { delayed: Some(delayed), ..first.clone() })
     }
 
+    /// Commands that step between rows were put where the same rates say.
+    fn allow_for_instants<const M: usize>(&self, fit: &mut LagFit, delay: f64) {
+        if let Some(deviation) = lag_order::step_deviation(self.rotors) {
+            unknown_instants::widen(fit, &self.record::<M>(self.rotors, delay), deviation);
+        }
+    }
+
     fn delayed<const M: usize>(&self, fit: &LagFit, alternatives: &[LagAlternative]) -> Option<DelayedFit> {
         let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
-        dead_time::identify::<M>(fit, alternatives, interval, |delay| self.record(self.rotors, delay))
+        let unknown = lag_order::delay_unknown(self.rotors);
+        dead_time::identify::<M>(fit, alternatives, (interval, unknown), |delay| {
+            self.record(self.rotors, delay)
+        })
     }
 }
 

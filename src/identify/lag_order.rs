@@ -42,11 +42,13 @@ pub(crate) fn both<const M: usize>(
 ) -> Vec<LagAlternative> {
     let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(THRESHOLDS.alternative_rows)).collect();
     let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
+    let unknown = delay_unknown(rotors);
     let record = |delay: f64| record(&heads, delay);
     let head = record(NO_DELAY);
     let Some(lag) = variable_projection::fit_from(&head, whole.pole) else { return Vec::new() };
+    let delayed = delay(&lag, (interval, unknown), record);
     let mut alternatives: Vec<LagAlternative> =
-        delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
+        delayed.into_iter().chain(second_order(&lag, &head, unknown)).collect();
     let least = |but: usize| {
         let others = alternatives.iter().enumerate().filter(|(index, _)| *index != but);
         others.map(|(_, alternative)| alternative.residual_rms).fold(lag.residual_rms, f64::min)
@@ -59,6 +61,17 @@ pub(crate) fn both<const M: usize>(
         .iter_mut()
         .for_each(|alternative| alternative.residual_rms *= whole.residual_rms / lag.residual_rms);
     alternatives
+}
+
+/// [s] by what a dead time is not known where commands step between rows; a second lag, much of which is one, neither.
+pub(crate) fn delay_unknown(rotors: &[RotorLog]) -> f64 {
+    rotors.iter().map(|rotor| rotor.delay_unknown).fold(0.0, f64::max)
+}
+
+/// [s] standard deviation of the instant of each step before the rates are asked, where commands step between rows.
+pub(crate) fn step_deviation(rotors: &[RotorLog]) -> Option<f64> {
+    let between = rotors.iter().filter(|rotor| rotor.command_from.is_some());
+    between.map(|rotor| rotor.interval / 12.0_f64.sqrt()).reduce(f64::max)
 }
 
 /// Whether an alternative stands out: each standard error by which the next best is worse raises the cost by the variance of
@@ -76,7 +89,7 @@ pub(crate) fn dead_time_effect() -> Option<&'static Card> {
 /// Fits a delay in front of the lag.
 fn delay<const M: usize>(
     lag: &LagFit,
-    interval: f64,
+    (interval, unknown): (f64, f64),
     record: impl Fn(f64) -> Record<M>,
 ) -> Option<LagAlternative> {
     let fit = |delay: f64| variable_projection::fit_from(&record(delay), lag.pole);
@@ -93,12 +106,12 @@ fn delay<const M: usize>(
         lag,
         fit(time)?.pole,
         cost,
-        interval * THRESHOLDS.curvature_reach,
+        (interval * THRESHOLDS.curvature_reach, unknown),
     )
 }
 
 /// Fits a second pole behind the first.
-fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagAlternative> {
+fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>, unknown: f64) -> Option<LagAlternative> {
     // With the fast time constant given, the slower pole keeps the sum of both times near that of one lag.
     let best = |time: f64| {
         let centre = 1.0 / (1.0 / lag.pole - time).max(THRESHOLDS.least_slow_time / lag.pole);
@@ -115,11 +128,12 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagA
         golden(|log| best(log.exp()).1, (coarse / ratio).ln(), (coarse * ratio).min(longest).ln());
     let time = log_time.exp();
     let card = effect::acting_as(Site::SteadyRate, Term::Lag)?;
-    alternative(card, time, least, lag, best(time).0, |time| best(time).1, THRESHOLDS.curvature_reach * time)
+    let reach = THRESHOLDS.curvature_reach * time;
+    alternative(card, time, least, lag, best(time).0, |time| best(time).1, (reach, unknown))
 }
 
 /// Judges an alternative by its parameter's standard error, from the curvature of the cost around it and stretched by
-/// the correlation of the residual.
+/// the correlation of the residual; what of it is `unknown` [s] in any case is in it, too.
 fn alternative(
     card: &'static Card,
     time: f64,
@@ -127,13 +141,13 @@ fn alternative(
     first_order: &LagFit,
     pole: f64,
     cost: impl Fn(f64) -> f64,
-    reach: f64,
+    (reach, unknown): (f64, f64),
 ) -> Option<LagAlternative> {
     let samples = first_order.samples as f64;
     let curvature = ((cost(time + reach) - least) / (reach * reach)).max(f64::MIN_POSITIVE);
     let correlation = first_order.residual_correlation.clamp(0.0, THRESHOLDS.most_correlated);
     let stretch = variance_inflation(correlation).sqrt();
-    let standard_error = stretch * (least / samples / curvature).sqrt();
+    let standard_error = (stretch * (least / samples / curvature).sqrt()).hypot(unknown);
     let residual_rms = (least / samples).sqrt();
     let needed = time > THRESHOLDS.alternative_errors * standard_error
         && residual_rms < (1.0 - THRESHOLDS.alternative_gain) * first_order.residual_rms;
@@ -171,10 +185,10 @@ mod tests {
     #[test]
     fn a_second_pole_is_found_and_a_first_order_lag_is_left_alone() {
         let record = two_poles(16.0, 80.0);
-        let alternative = second_order(&variable_projection::fit(&record).unwrap(), &record).unwrap();
+        let alternative = second_order(&variable_projection::fit(&record).unwrap(), &record, 0.0).unwrap();
         assert!(alternative.needed);
         assert!(alternative.time.distance(1.0 / 80.0) < 3.5, "{alternative:?}");
         let record = two_poles(16.0, 40_000.0);
-        assert!(!second_order(&variable_projection::fit(&record).unwrap(), &record).unwrap().needed);
+        assert!(!second_order(&variable_projection::fit(&record).unwrap(), &record, 0.0).unwrap().needed);
     }
 }

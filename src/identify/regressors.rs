@@ -64,6 +64,8 @@ pub(crate) fn walk(
     mut visit: impl FnMut(Acting),
 ) {
     let (times, rates, commands) = (&rotor.time[..], &rotor.rate[..], &rotor.command[..]);
+    // From when on the commands are in force.
+    let since = rotor.command_from.as_deref().unwrap_or(times);
     let voltage = rotor.voltage.as_deref();
     // A battery does not jump as a command does: over an interval it counts with both ends.
     let drop_at = |row: usize| {
@@ -82,17 +84,19 @@ pub(crate) fn walk(
     };
     for row in segment.clone() {
         let time = times[row];
+        // A command that was in force before its row is that of the next one at most.
+        let last = if rotor.command_from.is_some() { (row + 1).min(segment.end - 1) } else { row };
         let rate = if time < heard { f64::NAN } else { rates[row] };
-        while acting < row && times[acting + 1] + delay <= time {
+        while acting < last && since[acting + 1] + delay <= time {
             acting += 1;
         }
         let drop = drop_at(row);
         visit(Acting { row: Some(row), time, rate, command: commands[acting], drop });
         let next = if row + 1 < segment.end { times[row + 1] } else { continue };
-        while acting < row && times[acting + 1] + delay < next {
+        while acting < last && since[acting + 1] + delay < next {
             acting += 1;
             if commands[acting] != commands[acting - 1] {
-                let time = times[acting] + delay;
+                let time = since[acting] + delay;
                 visit(Acting { row: None, time, rate: f64::NAN, command: commands[acting], drop });
             }
         }

@@ -38,6 +38,7 @@ fn errors_of(equations: &Equations, rotor: &RotorLog, errors: &mut Vec<f64>, com
         let input = RotorInput {
             time: &rotor.time[rows.clone()],
             command: &rotor.command[rows.clone()],
+            command_from: rotor.command_from(&rows),
             voltage: rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
             side: side(rotor.number.saturating_sub(1)),
         };

@@ -57,6 +57,7 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
         file: rotor.file.clone(),
         time: head(&rotor.time),
         command: head(&rotor.command),
+        command_from: rotor.command_from.as_ref().map(head),
         rate: head(&rotor.rate),
         voltage: rotor.voltage.as_ref().map(head),
         thrust: rotor.thrust.as_ref().map(head),

@@ -1,11 +1,11 @@
 //! The steps of section III, each as far as the logs reach: what it found, or why it found nothing.
 
-use super::dead_time::{self, Delay, DelayedFit};
+use super::dead_time::{self, Delay};
 use super::inertia::{self, IdentifiedBody};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
 use super::ramp_lag::KnownLag;
-use super::regressors::record_of;
+use super::regressors::{NO_DELAY, record_of};
 use super::result::PoleFit;
 use super::significance;
 use super::static_curve::{self, StaticCurve};
@@ -17,7 +17,7 @@ use super::thrust_curve;
 use super::voltage_gain;
 use super::work::Work;
 use super::{Estimate, IdentifiedActuator};
-use crate::estimation::variable_projection;
+use crate::estimation::{unknown_instants, variable_projection};
 use crate::model::polynomial;
 use crate::screening::attitude::Mistaken;
 use crate::screening::checks::command_follows_rate::COMMAND_FOLLOWS_RATE;
@@ -199,14 +199,15 @@ impl Work<'_> {
         }
         let alternatives = lag_order::both(&fit, &excited, record);
         let interval = self.excited.first().map_or(0.0, |rotor| rotor.interval);
-        let delayed = self
-            .settings
-            .delay
-            .then(|| dead_time::identify(&fit, &alternatives, interval, |delay| record(&excited, delay)));
-        let (fit, delay) = match delayed.flatten() {
-            Some(DelayedFit { fit, delay }) => (fit, Some(delay)),
-            None => (fit, None),
-        };
+        let unknown = lag_order::delay_unknown(&excited);
+        let delayed = self.settings.delay.then(|| {
+            dead_time::identify(&fit, &alternatives, (interval, unknown), |delay| record(&excited, delay))
+        });
+        let (mut fit, delay) = delayed.flatten().map_or((fit, None), |it| (it.fit, Some(it.delay)));
+        if let Some(deviation) = lag_order::step_deviation(&excited) {
+            let late = delay.as_ref().map_or(NO_DELAY, |it| it.delay.value);
+            unknown_instants::widen(&mut fit, &record(&excited, late), deviation);
+        }
         self.note(STEP, true, fitted_lag(fit.samples, delay.as_ref()));
         let estimate =
             |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };

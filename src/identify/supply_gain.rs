@@ -166,6 +166,8 @@ mod tests {
             time: (0..rows).map(|row| 0.02 * row as f64).collect(),
             rate: (0..rows).map(rate).collect(),
             command: command.into(),
+            command_from: None,
+            delay_unknown: 0.0,
             voltage: Some(voltage.into()),
             voltage_gap: None,
             thrust: None,

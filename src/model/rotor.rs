@@ -49,7 +49,9 @@ impl Equations {
             return;
         }
         let state = self.initial_state(point, start);
-        if self.is_lag() && self.command_delay == 0.0 && trace.mean_square.is_none() {
+        let is_simple =
+            self.command_delay == 0.0 && input.command_from.is_none() && trace.mean_square.is_none();
+        if self.is_lag() && is_simple {
             self.simulate_lag(input, state.rate, trace);
             trace.end = state.steady;
             return;
@@ -87,7 +89,8 @@ impl Equations {
             let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
                 delayed = self.in_force(input, delayed, Some(from));
-                let change = input.time.get(delayed + 1).map_or(*next, |change| change + self.command_delay);
+                let change =
+                    input.since().get(delayed + 1).map_or(*next, |change| change + self.command_delay);
                 let waits = start.rate.filter(|_| start.is_first && from < arrival);
                 let to = if waits.is_some() { arrival } else { change }.min(*next);
                 if self.hold_rotor(&mut point, input, (delayed, row)).is_none() {
@@ -154,8 +157,8 @@ impl Equations {
     /// The row whose command is in force at `at` [s], behind it by the delay; from the one before on.
     #[inline]
     fn in_force(&self, input: &RotorInput, mut row: usize, at: Option<f64>) -> usize {
-        while (input.time.get(row + 1).zip(at)).is_some_and(|(change, at)| change + self.command_delay <= at)
-        {
+        let since = input.since();
+        while (since.get(row + 1).zip(at)).is_some_and(|(change, at)| change + self.command_delay <= at) {
             row += 1;
         }
         row

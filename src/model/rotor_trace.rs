@@ -10,10 +10,19 @@ pub struct RotorInput<'a> {
     pub time: &'a [f64],
     /// [-] u.
     pub command: &'a [f64],
+    /// [s] from when on each command is in force, where that is between its row and the one before; `None` = from its row on.
+    pub command_from: Option<&'a [f64]>,
     /// [V] v_b; `None` = full battery.
     pub voltage: Option<&'a [f64]>,
     /// +1 rotor 1, -1 rotor 2.
     pub side: f64,
+}
+
+impl<'a> RotorInput<'a> {
+    /// [s] from when on each command is in force.
+    pub(super) fn since(&self) -> &'a [f64] {
+        self.command_from.unwrap_or(self.time)
+    }
 }
 
 /// Where a free run starts.

@@ -102,7 +102,7 @@ fn the_bare_rotor_is_exact_between_irregular_samples() {
     let model = Model::paper();
     let time: Vec<f64> = (0..200).map(|k| 0.02 * f64::from(k) + 0.007 * f64::from(k % 3)).collect();
     let command = vec![0.5; time.len()];
-    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let input = RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::default();
     let start = RotorStart { rate: Some(100.0), ..RotorStart::default() };
     model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
@@ -125,7 +125,11 @@ fn a_motor_stays_warm_across_a_hole() {
     let run = |rows: std::ops::Range<usize>, start: &RotorStart| {
         let (time, command) = (&time[rows.clone()], &command[rows]);
         let mut trace = RotorTrace::default();
-        equations.simulate_rotor(&RotorInput { time, command, voltage: None, side: 1.0 }, start, &mut trace);
+        equations.simulate_rotor(
+            &RotorInput { time, command, command_from: None, voltage: None, side: 1.0 },
+            start,
+            &mut trace,
+        );
         trace
     };
     let whole = run(0..2000, &RotorStart::default());
@@ -149,7 +153,7 @@ fn a_delay_between_samples_is_exact() {
     model.set_parameter("transport_delay.delay", 0.05);
     let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
     let command: Vec<f64> = (0..100).map(|k| if k < 10 { 0.4 } else { 0.5 }).collect();
-    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let input = RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::default();
     model.equations().expect("binds").simulate_rotor(&input, &RotorStart::default(), &mut trace);
     let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
@@ -165,7 +169,7 @@ fn the_mean_square_of_a_delayed_rotor_is_exact() {
     let model = Model::paper();
     let time: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
     let command: Vec<f64> = (0..60).map(|k| if k < 10 { 0.4 } else { 0.5 }).collect();
-    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let input = RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::with_squares();
     let equations = model.bare_equations().with_command_delay(0.013);
     equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
@@ -187,7 +191,8 @@ fn a_rotor_with_a_dead_time_goes_on_as_it_is_found() {
     let mut model = Model::paper().with(&Model::paper().effect("transport_delay").expect("known"));
     model.set_parameter("transport_delay.delay", 0.05);
     let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
-    let input = RotorInput { time: &time, command: &[0.5; 100], voltage: None, side: 1.0 };
+    let input =
+        RotorInput { time: &time, command: &[0.5; 100], command_from: None, voltage: None, side: 1.0 };
     let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
     for (is_first, arrival) in [(true, 0.05), (false, 0.0)] {
         let start = RotorStart { rate: Some(low), is_first, ..RotorStart::default() };
@@ -335,7 +340,13 @@ fn a_law_at_a_sensor_looks_at_the_row() {
             model = model.with(&model.effect("transport_delay").expect("known"));
             model.set_parameter("transport_delay.delay", delay);
         }
-        let input = RotorInput { time: &time, command: &command, voltage: Some(&volts), side: 1.0 };
+        let input = RotorInput {
+            time: &time,
+            command: &command,
+            command_from: None,
+            voltage: Some(&volts),
+            side: 1.0,
+        };
         let mut trace = RotorTrace::default();
         let equations = model.equations().expect("binds");
         equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
@@ -344,5 +355,46 @@ fn a_law_at_a_sensor_looks_at_the_row() {
             let found = trace.measured[row] - trace.rate[row];
             assert!((found - added).abs() < 1e-9, "{delay}, {row}: {found}, not {added}");
         }
+    }
+}
+
+/// Rows that show a command which came between them, with when it came, are the rows on which it came.
+#[test]
+fn a_command_acts_from_when_it_was_in_force() {
+    let late = Model::paper().effect("transport_delay").expect("known");
+    let mut delayed = Model::paper().with(&late);
+    delayed.set_parameter("transport_delay.delay", 0.033);
+    let bent = Model::paper().with(&Model::paper().effect("telemetry_lag").expect("known"));
+    let steps = [(0.3151, 0.6), (0.7, 0.35), (0.9999, 0.5)];
+    let in_force = |time: f64| steps.iter().rfind(|step| step.0 <= time).map_or(0.4, |step| step.1);
+    for model in [Model::paper(), delayed, bent] {
+        let equations = model.equations().expect("binds");
+        // Every instant at which something happens is a row of these.
+        let mut fine: Vec<f64> = (0..600).map(|row| 0.0025 * f64::from(row)).collect();
+        fine.extend(steps.map(|step| step.0));
+        fine.sort_by(f64::total_cmp);
+        fine.dedup();
+        let run = |time: &[f64], from: Option<&[f64]>| {
+            let command: Vec<f64> = time.iter().map(|time| in_force(*time)).collect();
+            let mut trace = RotorTrace::default();
+            let input = RotorInput { time, command: &command, command_from: from, voltage: None, side: 1.0 };
+            equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+            trace.measured
+        };
+        let coarse: Vec<f64> = (0..60).map(|row| 0.025 * f64::from(row)).collect();
+        let came = |row: usize| {
+            let step =
+                steps.iter().rfind(|step| step.0 <= coarse[row] && row > 0 && step.0 > coarse[row - 1]);
+            step.map_or(coarse[row], |step| step.0)
+        };
+        let from: Vec<f64> = (0..60).map(came).collect();
+        let (shown, held) = (run(&coarse, Some(&from)), run(&coarse, None));
+        let truth = run(&fine, None);
+        let at = |row: usize| {
+            fine.iter().position(|time| (time - coarse[row]).abs() < 1e-9).expect("a row of both")
+        };
+        // Steps of integration differ where a law asks for some.
+        assert!((0..60).all(|row| (shown[row] - truth[at(row)]).abs() < 0.02), "{shown:?}");
+        assert!((0..60).any(|row| (held[row] - truth[at(row)]).abs() > 5.0));
     }
 }

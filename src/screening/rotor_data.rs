@@ -27,6 +27,10 @@ pub(crate) struct RotorLog {
     pub time: Cells,
     /// [-] each command held until the next.
     pub command: Cells,
+    /// [s] from when on the command of each row was in force, where that is known to be before its row.
+    pub command_from: Option<Cells>,
+    /// [s] standard deviation of what is known of a dead time from when commands step, where that is between rows.
+    pub delay_unknown: f64,
     /// [rad/s] not-a-number = not measured, or the rotor is standing or starting.
     pub rate: Cells,
     /// [V] each reading held until the next.
@@ -111,6 +115,8 @@ impl RotorLog {
             number: rotor,
             time: log.time_cells(),
             command: held_cells(command, &segments),
+            command_from: None,
+            delay_unknown: 0.0,
             rate: rate.unwrap_or_else(|| vec![f64::NAN; log.len()].into()),
             voltage: voltage.map(|it| it.held.clone()),
             voltage_gap: voltage.and_then(|it| it.gap),
@@ -176,7 +182,7 @@ impl RotorLog {
     pub fn head(&self, rows: usize) -> Self {
         let mut head = self.clone();
         let columns = [&mut head.time, &mut head.command, &mut head.rate];
-        let optional = [&mut head.voltage, &mut head.thrust].into_iter().flatten();
+        let optional = [&mut head.voltage, &mut head.thrust, &mut head.command_from].into_iter().flatten();
         let beside = head.beside.as_mut().map(|it| std::iter::once(&mut it.command).chain(&mut it.rate));
         let columns = columns.into_iter().chain(optional).chain(beside.into_iter().flatten());
         columns.for_each(|column| *column = column.part(0..rows));
@@ -188,6 +194,11 @@ impl RotorLog {
     /// Rows that have both a command and a scored rate.
     pub fn scored(&self) -> impl Iterator<Item = usize> + '_ {
         self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
+    }
+
+    /// [s] from when on the command of each of these rows was in force; `None` where that is their time.
+    pub fn command_from(&self, rows: &Range<usize>) -> Option<&[f64]> {
+        self.command_from.as_ref().map(|from| &from[rows.clone()])
     }
 
     /// Whether it was ever commanded to turn.

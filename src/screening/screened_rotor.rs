@@ -196,6 +196,9 @@ impl ScreenedRotor {
         for row in lost {
             (self.data.rate[row], self.is_scored[row]) = (f64::NAN, false);
         }
+        self.data.delay_unknown = whole.data.delay_unknown;
+        let from = whole.data.command_from.as_ref();
+        self.data.command_from = from.map(|from| rows.iter().map(|row| from[*row]).collect());
         match whole.voltage() {
             None => self.drop_battery(),
             // The whole log says more of a reading in steps than a part.

@@ -216,8 +216,6 @@ crate::thresholds! {
     loop_correlation: f64 = -0.3, "-", "made logs: -0.45 and below; experiments: -0.1 and above";
     /// Times its usual size beyond which what is new is a step of a setpoint.
     loop_clip: f64 = 3.0, "-", "normal distribution: 0.3 %";
-    /// [-] share of a column's range that must be new in it: below are its digits, and the bend of a curve that a line does not follow.
-    loop_news: f64 = 1e-4, "-", "judgement: a sensor's noise is more, an exact simulation's less";
     /// Passes in which such steps are taken out.
     loop_passes: usize = 3, "count", "judgement";
     /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
@@ -402,4 +400,21 @@ crate::thresholds! {
     /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
     /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
     resolution: f64 = 1e-3, "-", "judgement";
+    /// steps whose instants are looked at, at least, before commands are said to step between rows
+    fewest_between_steps: usize = 10, "count", "judgement: the spread of their instants is then known to a third";
+    /// logarithm of a likelihood, instants anywhere between rows over instants at rows, from which commands step between rows
+    between_rows_evidence: f64 = 6.0, "-", "random benches: 10 to 10,000 of those that do, -500 to 1 of those that do not";
+    /// the same over commands that are all logged late by one time, below which that is what they are
+    logged_late_evidence: f64 = -2.0, "-", "random benches";
+    /// [-] variance of the instants that neither direction, size nor level of a step explains, over that of even ones: halfway between
+    /// these and noise is the least
+    even_spread: f64 = 0.5, "-", "random benches: 0.8 to 1.3 of even ones, 0 to 0.3 of laws that were not known";
+    /// [intervals²] variance of instants that the rates can tell from chance, from which their spread is asked about
+    telling_spread: f64 = 0.015, "intervals²", "judgement";
+    /// [-] variance that the estimated variance of one even instant has, over the square of that variance
+    even_variance_error: f64 = 0.8, "-", "the kurtosis of an even distribution, 1.8, less one";
+    /// [-] share of all changes of a rotor's level that goes with its commands, from which it answers to them
+    answered_steps: f64 = 0.5, "-", "judgement: a rotor that answers has nearly 1, a rate that drifts for itself nearly 0";
+    /// standard errors of the variance of even instants by which they may spread wider than even ones
+    widest_spread_errors: f64 = 3.0, "standard errors", "normal distribution: 1 in 700 by chance";
 }

@@ -91,7 +91,8 @@ fn free_run(log: &Dataset) -> [f64; 2] {
     let (command, voltage) = (column("command_1"), column("battery_voltage_v"));
     let model = Model::paper();
     let equations = model.equations().expect("no effects");
-    let input = RotorInput { time: log.time(), command, voltage: Some(voltage), side: 1.0 };
+    let input =
+        RotorInput { time: log.time(), command, command_from: None, voltage: Some(voltage), side: 1.0 };
     let mut trace = RotorTrace::default();
     let ours = (0..REPEATS).map(|_| {
         seconds(|| equations.simulate_rotor(black_box(&input), &RotorStart::default(), black_box(&mut trace)))

@@ -34,6 +34,7 @@ fn rotor_apart(model: &Model, truth: &Truth, rotor: usize) -> f64 {
     let input = RotorInput {
         time: &time,
         command: &command,
+        command_from: None,
         voltage: Some(&voltage),
         side: if rotor == 0 { 1.0 } else { -1.0 },
     };

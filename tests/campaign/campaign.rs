@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod agreement;
 mod answer;
+mod between_rows;
 mod case;
 mod catalogue;
 #[cfg(test)]
@@ -68,6 +69,9 @@ enum CommandLine {
         /// That many cases of nothing but noise that is not white, and nothing else
         #[arg(long, group = "only")]
         noisy: Option<u64>,
+        /// That many benches whose commands step between the rows of their logs, and nothing else
+        #[arg(long, group = "only")]
+        between_rows: Option<u64>,
     },
     /// Ask the program about every case of a folder, and print the score
     Score {
@@ -93,7 +97,12 @@ enum CommandLine {
 
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
-        CommandLine::Generate { out, draws, seed, discover, blurred, coarse_battery, three, noisy } => {
+        CommandLine::Generate { out, seed, between_rows: Some(count), .. } => {
+            generate_between_rows(&out, &seed, count).map(|()| true)
+        }
+        CommandLine::Generate {
+            out, draws, seed, discover, blurred, coarse_battery, three, noisy, ..
+        } => {
             let drawn = seed.iter().map(|seed| {
                 let mut rng = ChaCha8Rng::seed_from_u64(*seed);
                 let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy) {
@@ -157,6 +166,20 @@ fn generate(out: &Path, drawn: impl IntoIterator<Item = (u64, Vec<Question>)>) -
             case.write(&out.join(&name))?;
             truths.insert(name, case.truth);
         }
+    }
+    fs::write(out.join("truth.json"), serde_json::to_string_pretty(&Value::Object(truths))?)?;
+    Ok(())
+}
+
+/// Writes benches whose commands step between rows, seed after seed.
+fn generate_between_rows(out: &Path, seeds: &[u64], count: u64) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(out)?;
+    let mut truths = Map::new();
+    for (seed, number) in seeds.iter().flat_map(|seed| (0..count).map(move |number| (seed, number))) {
+        let case = between_rows::Case::draw(number, seed.wrapping_mul(1_000_003) + number);
+        let name = format!("case_{:04}", truths.len());
+        case.write(&out.join(&name))?;
+        truths.insert(name, case.truth);
     }
     fs::write(out.join("truth.json"), serde_json::to_string_pretty(&Value::Object(truths))?)?;
     Ok(())

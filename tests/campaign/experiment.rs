@@ -200,7 +200,7 @@ pub fn attitude(base: &Base, hidden: &Hidden, rng: &mut ChaCha8Rng, validate: bo
 }
 
 /// Seven significant digits, as the development logs are written.
-fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }

@@ -124,6 +124,8 @@ pub(crate) fn powered(
         number: 1,
         time: time.into(),
         command: command.into(),
+        command_from: None,
+        delay_unknown: 0.0,
         rate: rate.into(),
         voltage: Some(volts.into()),
         voltage_gap: None,

@@ -36,7 +36,7 @@ fn play_in_the_command_is_a_run_of_other_commands() {
     for delayed in [false, true] {
         let run = |model: &Model, command: &[f64]| {
             let model = if delayed { model.with(&delay) } else { model.clone() };
-            let input = RotorInput { time: &time, command, voltage: None, side: 1.0 };
+            let input = RotorInput { time: &time, command, command_from: None, voltage: None, side: 1.0 };
             let mut trace = RotorTrace::default();
             model.equations().expect("known").simulate_rotor(&input, &RotorStart::default(), &mut trace);
             trace.rate
@@ -61,7 +61,8 @@ fn a_lag_in_the_steady_rate_follows_its_time_constant() {
     let time: Vec<f64> = (0..1000).map(|row| 0.02 * f64::from(row)).collect();
     let command: Vec<f64> = time.iter().map(|time| if *time < 1.0 { 0.4 } else { 0.6 }).collect();
     let run = |model: &Model| {
-        let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+        let input =
+            RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
         let mut trace = RotorTrace::default();
         model.equations().expect("known").simulate_rotor(&input, &RotorStart::default(), &mut trace);
         trace.rate

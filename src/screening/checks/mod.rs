@@ -75,6 +75,8 @@ checks! {
         transient_behind_hole,
         uncommanded_motion,
         command_follows_rate,
+        // Looks at the answers to steps that are left.
+        steps_between_rows,
         // Says how many of the rates are used: all others come before it.
         commands_missing,
     ];

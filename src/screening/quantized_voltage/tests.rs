@@ -30,6 +30,8 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
         number: 1,
         time: (0..ROWS).map(|row| 0.02 * row as f64).collect(),
         command: vec![0.4; ROWS].into(),
+        command_from: None,
+        delay_unknown: 0.0,
         rate: (0..ROWS).map(|row| rate(row, moves)).collect(),
         voltage: Some(read),
         voltage_gap: None,

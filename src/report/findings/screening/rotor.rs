@@ -122,6 +122,15 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             number("from_s"),
             number("to_s")
         ),
+        "steps_between_rows" => format!(
+            "commands step between two rows: by the rates, each of {} steps came somewhere in the {} ms before the row that shows it, \
+             known to {} ms, and is taken from then on; a delay is known to {} ms at best, for steps are taken to come half a row before their rows \
+             on average",
+            finding.count("steps"),
+            digits(1e3 * number("interval_s"), 2),
+            digits(1e3 * number("known_to_s"), 2),
+            digits(1e3 * number("delay_known_to_s"), 2)
+        ),
         "transient_behind_hole" => format!(
             "{} in the rows {} where or right after the command stepped: when it took effect is not known, so {rows} samples \
              are left out, until {:.0} ms behind the hole ({})",

@@ -1,0 +1,176 @@
+//! Commands that step between two rows: whoever writes rows on a clock of his own shows a step in the first row behind it.
+//!
+//! Held from that row on, a command comes half a row too late on average, and by another part of a row at each step: a rotor seems faster
+//! than it is, and something to be missing. Whether a log is of that kind its rates say: when they answered to each step is
+//! spread evenly over the interval before its row, and nothing else explains the spread. Then each step is taken to have happened
+//! when the rates say it did, and a command that moves from row to row half a row before.
+
+use crate::estimation::step_instants::{Hold, Instants, Stepped};
+use crate::screening::channel::Judgement;
+use crate::screening::rotor::CheckedRotor;
+use crate::screening::rotor_data::RotorLog;
+use crate::screening::thresholds::THRESHOLDS;
+
+/// [intervals²] variance of instants that are spread evenly over their interval.
+const EVEN: f64 = 1.0 / 12.0;
+
+/// Finds out when commands stepped; no row is left out.
+pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
+    if !rotor.is_measured() {
+        return None;
+    }
+    let data = &mut rotor.data;
+    let instants = data.step_instants().filter(step_between_rows)?;
+    data.set_steps(&instants);
+    let finding = data.finding("steps_between_rows").with("steps", instants.steps.len());
+    let finding = finding.with("interval_s", data.interval);
+    let finding = finding.with("known_to_s", instants.deviation() * data.interval);
+    Some(Judgement::new(finding.with("delay_known_to_s", data.delay_unknown), Vec::new()))
+}
+
+/// Whether steps happened between rows.
+fn step_between_rows(found: &Instants) -> bool {
+    let known = found.deviation().powi(2);
+    let told = EVEN - known;
+    let least = THRESHOLDS.even_spread * (1.0 + known / EVEN);
+    // Instants that want to be beyond their interval stand at its ends: more than even ones do is a law that was not known. (The
+    // variance of even ones is known to √(0.8 / n) of itself.)
+    let chance = THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
+    let is_within = found.spread() < told * (1.0 + chance);
+    let is_even =
+        told < THRESHOLDS.telling_spread || (is_within && found.unexplained_variance() > least * told);
+    // Rates that do not answer the command say nothing of when it stepped.
+    found.answered.abs() > THRESHOLDS.answered_steps
+        && found.over_rows > THRESHOLDS.between_rows_evidence
+        && found.over_lead > THRESHOLDS.logged_late_evidence
+        && is_even
+}
+
+impl RotorLog {
+    fn step_instants(&self) -> Option<Instants> {
+        let mut stretches: Vec<Vec<Hold>> = Vec::new();
+        for rows in &self.segments {
+            let mut holds: Vec<Hold> = Vec::new();
+            for row in rows.clone() {
+                match holds.last_mut().filter(|hold| hold.input == self.command[row]) {
+                    Some(hold) => hold.end = row + 1,
+                    None => holds.push(Hold { from: row, end: row + 1, input: self.command[row] }),
+                }
+            }
+            stretches.push(holds);
+        }
+        let (time, output) = (&self.time[..], &self.rate[..]);
+        let stepped = Stepped { time, output, stretches: &stretches, interval: self.interval };
+        stepped.instants(THRESHOLDS.fewest_between_steps)
+    }
+
+    /// Takes each command from when its step happened, and what moves without a step that was looked at half a row early.
+    fn set_steps(&mut self, instants: &Instants) {
+        let mut from = self.time.to_vec();
+        let mut steps = instants.steps.iter().peekable();
+        for row in self.segments.iter().flat_map(|rows| rows.clone().skip(1)) {
+            while steps.peek().is_some_and(|step| step.row < row) {
+                steps.next();
+            }
+            if self.command[row] != self.command[row - 1] {
+                let known = steps.peek().filter(|step| step.row == row);
+                let ahead = known.map_or(0.5, |step| step.ahead);
+                from[row] -= ahead * (self.time[row] - self.time[row - 1]);
+            }
+        }
+        // Even instants are half a row early on average: of so many the mean is known to this.
+        let convention = self.interval * (EVEN / instants.steps.len() as f64).sqrt();
+        self.delay_unknown = convention.hypot(instants.delay_deviation);
+        self.command_from = Some(from.into());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// [s] of the rows.
+    const ROW: f64 = 0.02;
+
+    /// 60 s of a lag of 12 1/s whose command steps each 0.5 to 0.9 s, `placed` says when; and when each step happened.
+    fn log(placed: impl Fn(f64) -> f64) -> (ScreenedLog, Vec<f64>) {
+        let hash = |at: usize| (at as f64 * 12.9898).sin().mul_add(43_758.547, 0.0).rem_euclid(1.0);
+        let (mut steps, mut at) = (Vec::new(), 0.3);
+        while at < 60.0 {
+            steps.push((placed(at), 0.3 + 0.3 * hash(3 * steps.len() + 1)));
+            at += 0.5 + 0.4 * hash(7 * steps.len() + 2);
+        }
+        let (mut rate, mut since, mut target, mut command) = (500.0, 0.0, 500.0, 0.4);
+        let (mut commands, mut rates, mut next) = (Vec::new(), Vec::new(), steps.iter().peekable());
+        let time: Vec<f64> = (0..3_000).map(|row| ROW * row as f64).collect();
+        for (row, now) in time.iter().enumerate() {
+            while let Some((at, to)) = next.next_if(|step| step.0 <= *now + 1e-9) {
+                rate = target + (rate - target) * (-12.0 * (at - since)).exp();
+                (since, target, command) = (*at, 1_250.0 * to, *to);
+            }
+            commands.push(command);
+            let noise = 2.0 * (hash(row) + hash(row + 5_000) - 1.0);
+            rates.push(target + (rate - target) * (-12.0 * (now - since)).exp() + noise);
+        }
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("command_1", commands).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        (log.into(), steps.into_iter().map(|step| step.0).collect())
+    }
+
+    fn said(log: &ScreenedLog) -> Option<&crate::screening::Finding> {
+        log.rotor_findings().find(|it| it.code == "steps_between_rows")
+    }
+
+    #[test]
+    fn each_step_is_put_where_the_rates_say_that_it_was() {
+        let (log, steps) = log(|at| at);
+        let finding = said(&log).expect("found");
+        assert!(finding.count("steps") > 70, "{finding}");
+        let data = log.rotor(1).expect("a rotor").data();
+        let from = data.command_from.as_deref().expect("known");
+        let changes: Vec<usize> =
+            (1..3_000).filter(|row| data.command[*row] != data.command[row - 1]).collect();
+        let off = |row: &usize| {
+            let step = steps.iter().rfind(|at| **at <= data.time[*row] + 1e-9).expect("one of them");
+            (from[*row] - step) / ROW
+        };
+        let rms = (changes.iter().map(|row| off(row).powi(2)).sum::<f64>() / changes.len() as f64).sqrt();
+        // Noise of 0.8 rad/s beside steps of some 125: 0.03 rows, and a row's half where a step is too small to be seen. Held from its
+        // row on, each is off by 0.58 rows.
+        assert!(rms < 0.12, "{rms} rows");
+        assert!(
+            (0..3_000).all(|row| from[row] <= data.time[row] && (row == 0 || from[row] > data.time[row - 1]))
+        );
+        // A part knows what the whole does.
+        let part = log.of_rows(std::slice::from_ref(&(1_000..1_400)));
+        let data = part.rotor(1).expect("a rotor").data();
+        assert_eq!(data.command_from.as_deref(), Some(&from[1_000..1_400]));
+    }
+
+    /// Nothing is moved where commands are what their rows say: at the row, late by a dead time, or logged a row too late.
+    #[test]
+    fn steps_at_rows_stay_there() {
+        let rows = |at: f64| (at / ROW).ceil() * ROW;
+        for late in [0.0, 0.013, 0.03, -ROW] {
+            let (mut log, _) = log(|at| rows(at) + late);
+            if late > 0.0 {
+                // What the rotor obeys, later than it was sent.
+                let sent = self::log(rows).0.dataset().column("command_1").expect("there").to_vec();
+                let mut raw = log.dataset().clone();
+                raw.replace("command_1", sent).expect("fits");
+                log = raw.into();
+            }
+            if late < 0.0 {
+                let mut raw = log.dataset().clone();
+                let mut logged = raw.column("command_1").expect("there").to_vec();
+                logged.rotate_right(1);
+                raw.replace("command_1", logged).expect("fits");
+                log = raw.into();
+            }
+            assert!(said(&log).is_none(), "{late}: {:?}", said(&log));
+            assert!(log.rotor(1).expect("a rotor").data().command_from.is_none());
+        }
+    }
+}
