@@ -216,6 +216,8 @@ crate::thresholds! {
     loop_correlation: f64 = -0.3, "-", "made logs: -0.45 and below; experiments: -0.1 and above";
     /// Times its usual size beyond which what is new is a step of a setpoint.
     loop_clip: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// [-] share of a column's range that must be new in it: below are its digits, and the bend of a curve that a line does not follow.
+    loop_news: f64 = 1e-4, "-", "judgement: a sensor's noise is more, an exact simulation's less";
     /// Passes in which such steps are taken out.
     loop_passes: usize = 3, "count", "judgement";
     /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
