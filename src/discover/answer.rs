@@ -44,9 +44,9 @@ pub struct PlaceShare {
 pub struct ShapePoint {
     /// Value of each channel, in its SI unit.
     pub at: Vec<f64>,
-    /// What is added there, in the shape's `unit`.
+    /// What is added there, in the shape's `unit`, but for a constant.
     pub value: f64,
-    /// Of `value`; `None`: the data do not determine it.
+    /// Of `value`; `None`: the data do not determine it, or the function leaves more than noise.
     pub standard_error: Option<f64>,
     /// What the formula says there, but for a constant; `None` without one.
     pub formula: Option<f64>,

@@ -77,7 +77,10 @@ pub(crate) fn conclude(
     answer.confidence = searched.confidence;
     of_law(&mut answer, &searched, &formula.law, (blocks, result), config);
     let coefficients = formula.law.coefficients_in(&answer.model, asked.id);
-    answer.shape = shape.map(|shape| shape.drawn(Some((&formula.law, &coefficients))));
+    answer.shape = shape.map(|shape| {
+        let fitted = shape.refit(asked);
+        shape.drawn(fitted.as_ref(), asked, Some((&formula.law, &coefficients)))
+    });
     answer.verdict = if is_law { LawVerdict::Law } else { LawVerdict::Shape };
     answer
 }
@@ -154,11 +157,9 @@ fn of_shape(mut answer: Discovery, searched: &BlockResult, shape: Option<Shaped>
     };
     // One step of Gauss and Newton says what it may do; the whole fit, what it does.
     let task = &searched.task;
-    let Some(refitted) = task.refit(&shape.place.law, &shape.place.score.coefficients, &[]) else {
-        return answer;
-    };
-    let is_near = task.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
-        || task.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
+    let Some(refitted) = shape.refit(task) else { return answer };
+    let is_near =
+        shape.is_near(task, &refitted) || task.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
     if !is_near || !task.gains(task.before, &refitted.fitted) {
         return answer;
     }
@@ -169,7 +170,7 @@ fn of_shape(mut answer: Discovery, searched: &BlockResult, shape: Option<Shaped>
     answer.site = Some(shape.place.place.site);
     answer.channels = names(shape.place.place.channels.iter());
     answer.confidence = searched.confidence;
-    answer.shape = Some(shape.drawn(None));
+    answer.shape = Some(shape.drawn(Some(&refitted), task, None));
     answer
 }
 
@@ -248,12 +249,14 @@ fn spaced(from: f64, to: f64) -> Vec<f64> {
     (0..POINTS).map(|at| from + (to - from) * at as f64 / (POINTS - 1) as f64).collect()
 }
 
+/// Values about their mean: a constant is the base's own numbers' to take up.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let centre = crate::estimation::moments::mean(values);
+    values.iter().map(|value| value - centre).collect()
+}
+
 /// The largest difference of two laws of one channel over a range, their means apart, as a share of what the first does there.
 fn difference(one: &[f64], other: &[f64]) -> f64 {
-    let centred = |values: &[f64]| -> Vec<f64> {
-        let centre = crate::estimation::moments::mean(values);
-        values.iter().map(|value| value - centre).collect()
-    };
     let (one, other) = (centred(one), centred(other));
     let size = one.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let most = one.iter().zip(&other).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
@@ -331,7 +334,38 @@ impl<'a> Shaped<'a> {
         Some(Self { place, explained: share(searched, place), variance })
     }
 
-    fn drawn(&self, formula: Option<(&CandidateLaw, &Vec<f64>)>) -> Shape {
+    /// The whole fit of the function: one step of Gauss and Newton finds it, and is off where the law is strong.
+    fn refit(&self, task: &LawTask) -> Option<Formula> {
+        task.refit(&self.place.law, &self.place.score.coefficients, &[])
+    }
+
+    /// Whether the function explains what there is.
+    fn is_near(&self, task: &LawTask, refitted: &Formula) -> bool {
+        task.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
+    }
+
+    /// Value and standard error at each knot, but for a constant. By how far one step was off the errors are wider: they are those of the
+    /// step. A function that leaves more than noise has none.
+    fn values(&self, refitted: Option<&Formula>, task: &LawTask) -> Vec<(f64, Option<f64>)> {
+        let score = &self.place.score;
+        let one = centred(&score.coefficients);
+        let error = |index: usize| (score.variances[index] * self.variance).sqrt();
+        let Some(refitted) = refitted else { return one.into_iter().map(|value| (value, None)).collect() };
+        let whole = centred(&self.place.law.coefficients_in(&refitted.fitted.model, task.id));
+        let is_near = self.is_near(task, refitted);
+        let of = |(index, (whole, one)): (usize, (f64, &f64))| {
+            let error = Some(error(index).hypot(whole - one));
+            (whole, error.filter(|error| is_near && error.is_finite()))
+        };
+        whole.into_iter().zip(&one).enumerate().map(of).collect()
+    }
+
+    fn drawn(
+        &self,
+        refitted: Option<&Formula>,
+        task: &LawTask,
+        formula: Option<(&CandidateLaw, &Vec<f64>)>,
+    ) -> Shape {
         let channels = &self.place.place.channels;
         let count = self.place.score.coefficients.len();
         let knots = if channels.len() > 1 { THRESHOLDS.pair_knots } else { count };
@@ -349,14 +383,11 @@ impl<'a> Shaped<'a> {
         let firsts: Vec<f64> = all.iter().filter_map(|at| at.first().copied()).collect();
         let said = formula.filter(|_| channels.len() == 1);
         let said = said.and_then(|(law, coefficients)| along(law, coefficients, &firsts));
+        let values = self.values(refitted, task);
         let point = |(index, at): (usize, Vec<f64>)| {
-            let error = (self.place.score.variances[index] * self.variance).sqrt();
-            ShapePoint {
-                at,
-                value: self.place.score.coefficients[index],
-                standard_error: Some(error).filter(|error| error.is_finite()),
-                formula: said.as_ref().map(|values| values[index]),
-            }
+            let (value, standard_error) = values[index];
+            let formula = said.as_ref().map(|values| values[index]);
+            ShapePoint { at, value, standard_error, formula }
         };
         Shape {
             channels: names(channels.iter()),

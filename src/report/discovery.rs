@@ -269,9 +269,11 @@ fn drawn(shape: &Shape) -> Plot {
         Some(value) => format!("What is added, at {} {}", shape.channels[1], number(value, 3)),
         None => "What is added".to_owned(),
     };
-    let mut plot = Plot::new(title, Axis::new(channel, ""), Axis::new("added", &shape.unit))
-        .series(Series::band("95 % band", &x, &edge(-1.0), &edge(1.0)))
-        .series(Series::line("smooth function", &x, &y).tone(Tone::Measured));
+    let mut plot = Plot::new(title, Axis::new(channel, ""), Axis::new("added", &shape.unit));
+    if error.iter().any(|value| value.is_finite()) {
+        plot = plot.series(Series::band("95 % band", &x, &edge(-1.0), &edge(1.0)));
+    }
+    plot = plot.series(Series::line("smooth function", &x, &y).tone(Tone::Measured));
     if formula.iter().any(|value| value.is_finite()) {
         plot = plot.series(Series::line("formula", &x, &centred(&formula)).tone(Tone::Model));
     }

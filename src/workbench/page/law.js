@@ -35,9 +35,10 @@ function shape(found) {
   const law = centred(shown.map(it => (it.formula === null ? NaN : it.formula)));
   const curve = (tone, values) => ({ tone, points: shown.map((it, index) => [it.at[0], values[index]]) });
   const title = `What is added [${shape.unit}] over ${shape.channels[0]}` + (second === undefined ? "" : `, at ${shape.channels[1]} ${number(second, 3)}`);
+  const has_band = wide.some(it => isFinite(it));
   return [drawing(title, [curve("edge", value.map((it, index) => it - wide[index])), curve("edge", value.map((it, index) => it + wide[index])),
     curve("measured", value), curve("model", law)]),
-    element("p", { class: "soft" }, element("span", { class: "key measured" }, "smooth function with its 95 % band"), " ",
+    element("p", { class: "soft" }, element("span", { class: "key measured" }, has_band ? "smooth function with its 95 % band" : "smooth function, which does not explain all: without a band"), " ",
       law.some(it => isFinite(it)) && element("span", { class: "key model" }, "formula"))];
 }
 
