@@ -198,6 +198,13 @@ impl BlockData {
         self.len == 0
     }
 
+    /// [s] standard deviation of what is known of a dead time of the commands from when they step; 0 where that is at rows.
+    #[must_use]
+    pub(crate) fn delay_unknown(&self) -> f64 {
+        let Runs::Rotor(runs) = &self.runs else { return 0.0 };
+        runs.iter().map(|run| run.delay_unknown).fold(0.0, f64::max)
+    }
+
     /// Channels: what is measured at the block's end.
     #[must_use]
     pub fn channels(&self) -> Vec<BlockOutput> {

@@ -4,7 +4,7 @@
 //! Two things show by how much. With the base's own numbers free, which the answer holds where they gain nothing, a number moves by
 //! what it took over from them. And fitted to other data (the held-out logs, or each part of a single log) it moves by what is not
 //! the same in them. Of two fits the variance of one is half their squared difference; of parts left out in turn it is the
-//! jackknife's (Efron, Stein 1981).
+//! jackknife's (Efron, Stein 1981). Where commands step between rows a dead time of theirs is not known better than that.
 
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
@@ -12,6 +12,7 @@ use super::data_split::DataSplit;
 use super::model_selection::is_identifiable;
 use super::search_result::SearchResult;
 use super::search_space::Search;
+use crate::effect::{self, Site, Term};
 use crate::estimation::jackknife::{of_left_out, of_two};
 use crate::threads::spread;
 
@@ -38,7 +39,8 @@ impl Search<'_> {
             let from_base = from_base.map_or(0.0, |other| (other - value).powi(2));
             let others: Values = others.iter().map(|fitted| fitted.model.parameter(name)).collect();
             let between = between(value, &others, split.folds.is_empty());
-            let variance = error.powi(2).max(between) + from_base;
+            let of_steps = if is_command_delay(name) { split.train.delay_unknown() } else { 0.0 };
+            let variance = error.powi(2).max(between) + from_base + of_steps.powi(2);
             model.standard_errors.insert(name.clone(), variance.sqrt());
         }
         found.answer.model = model;
@@ -74,6 +76,13 @@ impl Search<'_> {
     fn near<'b>(&'b self, answer: &'b CandidateFit, base: &[String]) -> Candidate<'b> {
         Candidate { effects: self.lookup(&answer.effects), ..self.start(&answer.model, base) }
     }
+}
+
+/// Whether a parameter is the dead time of the commands.
+fn is_command_delay(name: &str) -> bool {
+    let card = effect::acting_as(Site::Command, Term::DeadTime);
+    let of_card = card.zip(name.split_once('.'));
+    of_card.is_some_and(|(card, (id, own))| card.id == id && card.parameters.iter().any(|it| it.name == own))
 }
 
 /// The variance of `value` as far as fits to other data show it: of one on data that it has not seen, or of several that each lack a part.

@@ -25,6 +25,8 @@ pub struct RotorRun {
     pub command: Cells,
     /// [s] from when on each was in force; `None` = from its sample on.
     pub command_from: Option<Cells>,
+    /// [s] standard deviation of what is known of a dead time from when commands step.
+    pub delay_unknown: f64,
     /// [V] missing cells held; `None` when the log has none.
     pub voltage: Option<Cells>,
     /// [rad/s] not-a-number where missing.
@@ -64,6 +66,7 @@ impl RotorRun {
             time: part(&self.time),
             command: part(&self.command),
             command_from: self.command_from.as_ref().map(part),
+            delay_unknown: self.delay_unknown,
             voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
             counts: self.counts[from..from + count].to_vec(),
@@ -94,6 +97,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
                     time: data.time.part(rows.clone()),
                     command: data.command.part(rows.clone()),
                     command_from: data.command_from.as_ref().map(|from| from.part(rows.clone())),
+                    delay_unknown: data.delay_unknown,
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
                     measured: rates.part(rows.clone()),
                     rows,

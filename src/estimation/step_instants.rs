@@ -40,6 +40,8 @@ pub(crate) struct Instants {
     pub delay_deviation: f64,
     /// [-] of all changes of the output's level, the share that goes with the input; below zero, against it.
     pub answered: f64,
+    /// [unit of the output] rms of what is left of the output, the steps at their instants.
+    pub left: f64,
 }
 
 impl Instants {
@@ -55,13 +57,17 @@ impl Instants {
         squares / self.steps.len().max(1) as f64
     }
 
-    /// [intervals²] variance of the instants that neither direction, middle nor size of the step explains: a law that was not known
-    /// looks like instants that hang on these.
+    /// [intervals²] variance of the instants that neither direction, middle and size of the step nor time explain: a law that was not
+    /// known, or that drifts, looks like instants that hang on these.
     pub(crate) fn unexplained_variance(&self) -> f64 {
+        let last = self.steps.last().map_or(1.0, |step| step.row.max(1) as f64);
+        // Of few steps a trend says nothing.
+        let count = if self.steps.len() < THRESHOLDS.steps_with_trend { 5 } else { 7 };
         let terms = |step: &Instant| {
             let [from, to] = step.inputs;
             let (direction, middle) = ((to - from).signum(), 0.5 * (from + to));
-            [1.0, direction, middle, direction * middle, (to - from).abs()]
+            let at = step.row as f64 / last;
+            [1.0, direction, middle, direction * middle, (to - from).abs(), at, direction * at]
         };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let take = |from: &mut Vec<f64>, along: &[f64]| {
@@ -70,7 +76,7 @@ impl Instants {
         };
         let mut left: Vec<f64> = self.steps.iter().map(|step| step.ahead).collect();
         let mut directions: Vec<Vec<f64>> = Vec::new();
-        for term in 0..5 {
+        for term in 0..count {
             let mut column: Vec<f64> = self.steps.iter().map(|step| terms(step)[term]).collect();
             let size = dot(&column, &column);
             directions.iter().for_each(|along| take(&mut column, along));
@@ -125,6 +131,7 @@ impl Stepped<'_> {
             over_lead: best - leads,
             delay_deviation,
             answered,
+            left: noise.sqrt(),
         })
     }
 

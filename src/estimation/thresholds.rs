@@ -133,6 +133,8 @@ crate::thresholds! {
     shortest_hold_rows: usize = 4, "rows", "judgement";
     /// steps, from the beginning on, to which the way an output follows them is fitted
     searched_steps: usize = 40, "count", "judgement (time of computing)";
+    /// steps from which on it is asked whether their instants drift
+    steps_with_trend: usize = 20, "count", "judgement: three for each number that is asked";
     /// steps by which it is judged when steps happened
     judged_steps: usize = 400, "count", "judgement (time of computing)";
     /// poles, from 2 1/s on by 1.5 each, of which the best is refined

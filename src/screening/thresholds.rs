@@ -411,8 +411,10 @@ crate::thresholds! {
     /// [-] variance of the instants that neither direction, size nor level of a step explains, over that of even ones: halfway between
     /// these and noise is the least
     even_spread: f64 = 0.5, "-", "random benches: 0.8 to 1.3 of even ones, 0 to 0.3 of laws that were not known";
-    /// [intervals²] variance of instants that the rates can tell from chance, from which their spread is asked about
-    telling_spread: f64 = 0.015, "intervals²", "judgement";
+    /// [intervals²] variance of even instants that the rates can tell from chance, below which they say nothing
+    telling_spread: f64 = 0.015, "intervals²", "random benches: 0.03 and more of those whose commands step between rows";
+    /// [-] rms of what is left with steps at their instants, over the rate's noise, up to which instants explain the rates
+    most_left_of_steps: f64 = 2.5, "-", "random benches: 0.1 to 1.7 of those whose commands do, 4 and more of laws that are no lag";
     /// [-] variance that the estimated variance of one even instant has, over the square of that variance
     even_variance_error: f64 = 0.8, "-", "the kurtosis of an even distribution, 1.8, less one";
     /// [-] share of all changes of a rotor's level that goes with its commands, from which it answers to them

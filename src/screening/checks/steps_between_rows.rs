@@ -7,6 +7,7 @@
 
 use crate::estimation::step_instants::{Hold, Instants, Stepped};
 use crate::screening::channel::Judgement;
+use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
@@ -20,7 +21,8 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
         return None;
     }
     let data = &mut rotor.data;
-    let instants = data.step_instants().filter(step_between_rows)?;
+    let noise = ChannelNoise::of(data.rate.iter().copied()).in_signal(&data.rate, &data.segments);
+    let instants = data.step_instants().filter(|found| step_between_rows(found, noise))?;
     data.set_steps(&instants);
     let finding = data.finding("steps_between_rows").with("steps", instants.steps.len());
     let finding = finding.with("interval_s", data.interval);
@@ -28,8 +30,12 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     Some(Judgement::new(finding.with("delay_known_to_s", data.delay_unknown), Vec::new()))
 }
 
-/// Whether steps happened between rows.
-fn step_between_rows(found: &Instants) -> bool {
+/// Whether steps happened between rows, of rates with this noise [rad/s].
+fn step_between_rows(found: &Instants, noise: f64) -> bool {
+    // However much better they are than steps at rows: what leaves more than noise does not explain what the rotor did.
+    if found.left > THRESHOLDS.most_left_of_steps * noise {
+        return false;
+    }
     let known = found.deviation().powi(2);
     let told = EVEN - known;
     let least = THRESHOLDS.even_spread * (1.0 + known / EVEN);
@@ -37,8 +43,9 @@ fn step_between_rows(found: &Instants) -> bool {
     // variance of even ones is known to √(0.8 / n) of itself.)
     let chance = THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
     let is_within = found.spread() < told * (1.0 + chance);
+    // What the rates cannot tell from chance they do not say.
     let is_even =
-        told < THRESHOLDS.telling_spread || (is_within && found.unexplained_variance() > least * told);
+        told > THRESHOLDS.telling_spread && is_within && found.unexplained_variance() > least * told;
     // Rates that do not answer the command say nothing of when it stepped.
     found.answered.abs() > THRESHOLDS.answered_steps
         && found.over_rows > THRESHOLDS.between_rows_evidence
@@ -78,9 +85,8 @@ impl RotorLog {
                 from[row] -= ahead * (self.time[row] - self.time[row - 1]);
             }
         }
-        // Even instants are half a row early on average: of so many the mean is known to this.
-        let convention = self.interval * (EVEN / instants.steps.len() as f64).sqrt();
-        self.delay_unknown = convention.hypot(instants.delay_deviation);
+        // Instants are half a row early on average if the logger's clock has nothing to do with the commands': nobody has said so.
+        self.delay_unknown = (self.interval * EVEN.sqrt()).hypot(instants.delay_deviation);
         self.command_from = Some(from.into());
     }
 }
