@@ -1,8 +1,8 @@
 //! A rotor that stands although it is commanded to turn: it stalled, its speed controller lost it, or it would not start. Its zeros are
 //! measurements, and no evidence of g(u) or of the pole; nor is how it fell and how it came up again.
 //!
-//! A dead zone is another thing: there the rotor stands under every command as small. So the log itself must say otherwise: under a
-//! command as small it turned elsewhere, or the command is one that turns every rotor.
+//! A dead zone is another thing: there the rotor stands under every command as small. So the log itself must say otherwise: under
+//! commands as small it turned elsewhere.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -20,7 +20,10 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     let stalls = stalls(rotor);
     let data = &mut rotor.data;
     let longest = stalls.iter().max_by(|a, b| span(data, a).total_cmp(&span(data, b)))?;
-    let commands = bounds(&data.command[longest.clone()]);
+    // Behind the command that it answers at last it still stands for a moment.
+    let begins = data.time[longest.end - 1] - THRESHOLDS.starting;
+    let stood = longest.clone().take_while(|row| data.time[*row] <= begins);
+    let commands = bounds(&stood.map(|row| data.command[row]).collect::<Vec<f64>>());
     let finding = data.finding(STALLED).with("places", stalls.len());
     let finding = finding.with("from_s", data.time[longest.start]).with("to_s", data.time[longest.end - 1]);
     let finding = finding.with("least_command", commands.0).with("greatest_command", commands.1);
@@ -64,8 +67,9 @@ fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
     }
     let turned = least_turning_command(data, rate, &whole, THRESHOLDS.standing_share * greatest);
     found.retain(|rows| {
-        let most = bounds(&data.command[rows.clone()]).1;
-        most >= turned - THRESHOLDS.command_same || must_turn(data, rows)
+        let known: Vec<usize> = rows.clone().filter(|row| rate[*row].is_finite()).collect();
+        let most = extremes(data, &known, |command, last| command <= last).fold(0.0, f64::max);
+        most >= turned - THRESHOLDS.command_same
     });
     found
 }
@@ -75,38 +79,36 @@ fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
 fn least_turning_command(data: &RotorLog, rate: &[f64], whole: &[Range<usize>], standing: f64) -> f64 {
     let mut least = f64::INFINITY;
     for segment in whole {
-        let mut since = None;
-        // Commands of the last seconds, descending: the first is the greatest.
-        let mut greatest: VecDeque<usize> = VecDeque::new();
-        for row in segment.clone().filter(|row| rate[*row].is_finite()) {
-            if rate[row] <= standing {
-                since = None;
-                greatest.clear();
-                continue;
-            }
-            let from = *since.get_or_insert(data.time[row]);
-            while greatest.back().is_some_and(|last| data.command[*last] <= data.command[row]) {
-                greatest.pop_back();
-            }
-            greatest.push_back(row);
-            let begins = data.time[row] - THRESHOLDS.dropout_started;
-            while greatest.front().is_some_and(|first| data.time[*first] < begins) {
-                greatest.pop_front();
-            }
-            if from <= begins {
-                least = least.min(greatest.front().map_or(f64::INFINITY, |row| data.command[*row]));
+        let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
+        for turning in known.chunk_by(|a, b| (rate[*a] > standing) == (rate[*b] > standing)) {
+            if rate[turning[0]] > standing {
+                least = extremes(data, turning, |command, last| command >= last).fold(least, f64::min);
             }
         }
     }
     least
 }
 
-/// Whether it is commanded, for as long as any rotor needs to start, what turns every rotor.
-fn must_turn(data: &RotorLog, rows: &Range<usize>) -> bool {
-    let mut since = None;
-    rows.clone().any(|row| {
-        since = (data.command[row] >= THRESHOLDS.dropout_turns).then(|| since.unwrap_or(data.time[row]));
-        since.is_some_and(|since| data.time[row] - since >= THRESHOLDS.dropout_started)
+/// [-] The command that goes beyond all others of as long as any rotor needs to start or to run out, for each such time that ends
+/// with one of these rows.
+fn extremes<'a>(
+    data: &'a RotorLog,
+    rows: &'a [usize],
+    is_beyond: impl Fn(f64, f64) -> bool + 'a,
+) -> impl Iterator<Item = f64> + 'a {
+    // Commands of the last seconds: the first is beyond the others.
+    let mut beyond: VecDeque<usize> = VecDeque::new();
+    rows.iter().filter_map(move |row| {
+        while beyond.back().is_some_and(|last| is_beyond(data.command[*row], data.command[*last])) {
+            beyond.pop_back();
+        }
+        beyond.push_back(*row);
+        let begins = data.time[*row] - THRESHOLDS.dropout_started;
+        while beyond.front().is_some_and(|first| data.time[*first] < begins) {
+            beyond.pop_front();
+        }
+        let first = beyond.front().filter(|_| data.time[rows[0]] <= begins)?;
+        Some(data.command[*first])
     })
 }
 

@@ -83,3 +83,23 @@ fn a_dead_zone_is_no_stall() {
     assert!(dead.1.iter().all(|it| it.code != "stalled"), "{:?}", dead.1);
     assert_eq!(counted(&dead).0, 1000);
 }
+
+/// The same of rotors of 12 1/s, which still stand in the row in which they are commanded more, and of a speed controller that keeps a
+/// fifth of its range for itself.
+#[test]
+fn a_dead_zone_is_no_stall_where_the_rotor_takes_its_time_to_start() {
+    for (least, low, high) in [(0.1, 0.09, 0.3), (0.2, 0.18, 0.5)] {
+        let command = move |t: f64| if (t / 4.0) as u32 % 2 == 1 { low } else { high };
+        // Ten steps of Euler a row; below 5 rad/s it reads 0.
+        let (mut turns, mut rates) = (1400.0 * high, Vec::new());
+        for row in 0..1000 {
+            rates.push(if turns < 5.0 { 0.0 } else { turns });
+            let commanded = command(0.02 * f64::from(row));
+            let settled = if commanded < least { 0.0 } else { 1400.0 * commanded };
+            (0..10).for_each(|_| turns += 0.002 * 12.0 * (settled - turns));
+        }
+        let dead = rotor(command, |t, _| rates[(50.0 * t).round() as usize]);
+        assert!(dead.1.iter().all(|it| it.code != "stalled"), "{:?}", dead.1);
+        assert_eq!(counted(&dead).0, 1000, "{:?}", dead.1);
+    }
+}
