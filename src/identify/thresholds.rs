@@ -35,6 +35,10 @@ crate::thresholds! {
     answer_span: f64 = 0.1, "s", "a rotor of 10 1/s has gone most of its way";
     /// Standard errors of the mean of their products from which the rate answers a change of the command downwards.
     answer_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";
+    /// Changes of one size whose answers agree, at least, where the rate is held against what it does under a command that stands.
+    answers_agree: f64 = 3.0, "count", "judgement: one change may come with any event";
+    /// Rows under such a command from which it is known what the rate does there.
+    answers_still: usize = 50, "count", "judgement";
     /// [-] range of steady commands below which nothing is said of where the curve goes.
     narrowest_steady_range: f64 = 0.05, "-", "judgement";
     /// [-] correlation of steady rates with their commands below which the rates fall.
