@@ -48,6 +48,9 @@ impl Slopes {
 /// Chunks of units that are worked on one after another of long residuals: all at once would take as much memory as the slopes.
 const CHUNKS: usize = 8;
 
+/// Damping that only keeps equations solvable whose rounding errors are as large as what they ask for.
+const UNDAMPED: f64 = 1e-10;
+
 /// Normal equations of the globals, the locals eliminated.
 pub(crate) struct Normal {
     pub(crate) hessian: DMatrix<f64>,
@@ -116,6 +119,14 @@ impl Normal {
     pub(crate) fn predicted_fall(&self, change: &[f64]) -> f64 {
         let change = DVector::from_column_slice(change);
         -(2.0 * self.gradient.dot(&change) + (&self.hessian * &change).dot(&change))
+    }
+
+    /// By what the cost may still fall behind a step by `change` to `globals`, as far as the slopes hold: more than a little where a bound
+    /// cut the step short, or damping did in a direction that the others nearly span.
+    pub(crate) fn left_to_fall(&self, change: &[f64], free: &[Free], globals: &[f64]) -> f64 {
+        let gradient = &self.gradient + &self.hessian * DVector::from_column_slice(change);
+        let rest = Self { hessian: self.hessian.clone(), gradient, slopes: Slopes::default() };
+        rest.predicted_fall(&rest.direction(free, globals, UNDAMPED))
     }
 
     /// The damped Gauss-Newton step from `globals`; parameters that stand at a bound and push against it stay.

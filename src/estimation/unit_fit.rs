@@ -3,7 +3,8 @@
 //! of an hour at 1 kHz a tenth of what the derivatives take.
 //!
 //! Problem, steps and standard errors are those of [`output_error`](super::output_error); but no derivatives serve a second step, and
-//! a fit also ends behind a step that lowered the cost as the normal equations predicted: what is left is as little as they were off.
+//! a fit also ends behind a step that lowered the cost as the normal equations predicted, and to where they lead no further: what is
+//! left is as little as they were off.
 
 use std::ops::Range;
 
@@ -115,7 +116,8 @@ impl UnitFit<'_> {
             let Some((next, after)) = step else { break };
             moved = difference(&next.globals, &now.globals);
             let fall = (cost - after) / cost;
-            let unforeseen = fall - linear.normal.predicted_fall(&moved) / cost;
+            let unforeseen = (fall - linear.normal.predicted_fall(&moved) / cost).abs();
+            let left = linear.normal.left_to_fall(&moved, self.free, &next.globals) / cost;
             (now, cost) = (next, after);
             slow = if fall > THRESHOLDS.slow_fall { 0 } else { slow + 1 };
             if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| cost > goal) {
@@ -123,7 +125,7 @@ impl UnitFit<'_> {
             }
             // A step that is short because it was held back says nothing about how far the valley goes on.
             let is_whole = damping < THRESHOLDS.held_back;
-            let is_predicted = unforeseen.abs() * (kept.len() as f64) < THRESHOLDS.predicted;
+            let is_predicted = unforeseen.max(left) * (kept.len() as f64) < THRESHOLDS.predicted;
             let is_there = is_whole && (fall < config.tolerance || is_predicted);
             if is_there || iterations >= config.iterations {
                 break;

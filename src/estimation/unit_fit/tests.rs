@@ -1,5 +1,6 @@
 //! Fits of many units beside the general way, which keeps all derivatives.
 
+use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
@@ -171,4 +172,71 @@ fn many_units_give_the_same_on_any_number_of_threads() {
     assert!((cost / fit.cost - 1.0).abs() < 1e-12);
     assert!(super::cost(&decays(false), &fit.globals, &fit.locals).is_none());
     let _: &dyn output_error::OutputError = &problem;
+}
+
+/// y = a x + b z + offset of the unit, where z is x and a `part` of something else.
+struct Planes {
+    measured: Vec<f64>,
+    units: Vec<Range<usize>>,
+    part: f64,
+}
+
+struct AtPlane<'a>(&'a Planes, [f64; 2]);
+
+fn plane(row: usize, part: f64, [a, b]: [f64; 2]) -> f64 {
+    // Whole periods in each unit: no offset takes anything of them up.
+    let turns = |of: f64| TAU * of * row as f64 / ROWS as f64;
+    let x = turns(5.0).sin();
+    a * x + b * (x + part * turns(18.0).cos())
+}
+
+impl UnitResiduals for AtPlane<'_> {
+    fn write(&self, units: Range<usize>, locals: &[f64], out: &mut [f64]) {
+        let Self(problem, slopes) = *self;
+        let start = problem.units[units.start].start;
+        for (unit, offset) in units.zip(locals) {
+            for row in problem.units[unit].clone() {
+                out[row - start] = (problem.measured[row] - plane(row, problem.part, slopes) - offset) / 0.1;
+            }
+        }
+    }
+}
+
+impl OutputError for Planes {
+    fn units(&self) -> &[Range<usize>] {
+        &self.units
+    }
+    fn locals(&self) -> usize {
+        1
+    }
+    fn len(&self) -> usize {
+        self.measured.len()
+    }
+    fn by_units(&self, globals: &[f64]) -> Option<Box<dyn UnitResiduals + '_>> {
+        Some(Box::new(AtPlane(self, [globals[0], globals[1]])))
+    }
+    fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
+        AtPlane(self, [globals[0], globals[1]]).write(0..self.units.len(), locals, out);
+    }
+    fn local_scale(&self, _: usize) -> f64 {
+        0.1
+    }
+}
+
+/// All goes as predicted, and the first step ends where it must not: at the bound of a, or half way along the valley of a and b.
+#[test]
+fn a_step_that_goes_as_predicted_is_not_the_last_where_it_was_cut_short() {
+    let units: Vec<Range<usize>> = (0..UNITS).map(|unit| unit * ROWS..(unit + 1) * ROWS).collect();
+    for (part, most, expected) in [(0.5, 2.5, None), (0.01, 10.0, Some([4.0, 3.0]))] {
+        let noise = |row: usize| 0.02 * f64::from((row * 37 % 5) as u32) - 0.04;
+        let measured = (0..UNITS * ROWS).map(|row| plane(row, part, [4.0, 3.0]) + noise(row)).collect();
+        let problem = Planes { measured, units: units.clone(), part };
+        let free = [Free { bounds: (0.0, most), ..FREE[0] }, Free { bounds: (-9.0, 9.0), ..FREE[1] }];
+        let found = fit(&problem, &free, None, &TO_THE_END);
+        let cost = |b: f64| validate(&problem, &[found.globals[0], b]).cost;
+        let [below, at, above] = [-1e-3, 0.0, 1e-3].map(|step| cost(found.globals[1] + step));
+        assert!(at < below && at < above, "{part}: {:?}", found.globals);
+        let far = expected.map_or(0.0, |truth| differ(&found.globals, &truth));
+        assert!(far < 0.02, "{part}: {:?}", found.globals);
+    }
 }
