@@ -78,8 +78,8 @@ fn body_rows(finding: &Finding) -> Option<String> {
         ),
         "rate_is_angle_difference" => format!(
             "rate and angle of the body are one measurement: all but {:.0} % of what is new in the rate follows from the angle beside it, \
-             {:.0} ms late (a filtered difference; no gyro knows the noise of an encoder); nothing is said of a gyro, and what is \
-             held against a model is the angle's slope at each row, which is not late",
+             {:.0} ms behind it (the rate is a difference of the angle, filtered or not, or the angle was summed up from the rate, as \
+             attitude estimators do); nothing is said of a gyro, and what is held against a model is the angle's slope at each row",
             100.0 * finding.number("left_share"),
             finding.number("lag_ms")
         ),
