@@ -213,7 +213,7 @@ crate::thresholds! {
     /// Share of the readings before which a controller's command moves, at least: an experiment holds its levels.
     loop_moves: f64 = 0.5, "-", "judgement";
     /// Correlation of what is new in the rate with what is new in the command below which a controller makes it.
-    loop_correlation: f64 = -0.3, "-", "made logs: -0.45 and below; experiments: -0.1 and above";
+    loop_correlation: f64 = -0.4, "-", "made logs: -0.8 and below; experiments: -0.13 and above, -0.3 where rows come late and nothing says so";
     /// Times its usual size beyond which what is new is a step of a setpoint.
     loop_clip: f64 = 3.0, "-", "normal distribution: 0.3 %";
     /// [-] share of a column's range that must be new in it: below are its digits, and the bend of a curve that a line does not follow.

@@ -247,6 +247,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("runtime/record.rs", &["50"], "how often it is looked whether to end"),
     ("runtime/run.rs", &["256"], "size of a buffer"),
     ("screening/checks/battery_in_other_unit.rs", &["1e1", "1e2", "1e3"], "deci, centi and milli"),
+    ("screening/checks/command_follows_rate.rs", &["3"], "readings of a second difference"),
     ("screening/checks/outliers.rs", &["16"], "rows of a piece of work"),
     ("screening/missing_commands.rs", &["0.5"], "rounding to the nearest"),
     ("screening/rotor_data.rs", &["3"], "1 + 2: the numbers of both rotors"),

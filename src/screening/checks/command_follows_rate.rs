@@ -2,13 +2,18 @@
 //! like a lag or a falling curve may be the controller's.
 //!
 //! An experiment's command knows nothing of the noise of a sensor, nor of the load. So beside the last commands and the last rates,
-//! which both may depend on, what is new in the rate must not go with what is new in the command. A controller of the speed lowers it by
-//! what the rate has too much of. (A rotor answers the other way: more for a greater command.)
+//! what is new in the rate must not go with what is new in the command beside the last commands alone: of those the rates' noise is no
+//! part. A controller of the speed lowers it by what the rate has too much of. (A rotor answers the other way: more for a greater
+//! command.)
+//!
+//! What a line does not follow of a smooth command, or of a rotor's curve, is new, too, and goes slowly: second differences of what is
+//! new have the noise and none of that. A row that comes late has more of both where they rise, and the next one less: so it is known
+//! when the rows came.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimation::dependent_columns::coefficients;
-use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median};
 use crate::screening::channel::Judgement;
 use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::RotorLog;
@@ -22,8 +27,12 @@ const BEFORE: usize = THRESHOLDS.new_before;
 /// Readings later by which a controller answers, at the most.
 const LATEST: usize = THRESHOLDS.loop_latest;
 
+/// What is new is looked at in so many readings in a row, whose second difference is taken.
+const NEW: usize = 3;
+const READINGS: usize = BEFORE + LATEST + NEW;
+
 /// Rows of readings that follow each other.
-type Readings = [usize; BEFORE + LATEST + 1];
+type Readings = [usize; READINGS];
 
 /// Says it; nothing is left out.
 pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
@@ -44,13 +53,13 @@ fn pasts(data: &RotorLog) -> Vec<Readings> {
     let mut found = Vec::new();
     for segment in &data.segments {
         let known: Vec<usize> = segment.clone().filter(|row| data.rate[*row].is_finite()).collect();
-        let all = known.windows(BEFORE + LATEST + 1).step_by(share);
+        let all = known.windows(READINGS).step_by(share);
         found.extend(all.filter_map(|rows| Readings::try_from(rows).ok()));
     }
-    let spans = found.iter().map(|rows| data.time[rows[BEFORE + LATEST]] - data.time[rows[0]]);
+    let spans = found.iter().map(|rows| data.time[rows[READINGS - 1]] - data.time[rows[0]]);
     let usual = median(spans).unwrap_or(0.0);
     found
-        .retain(|rows| data.time[rows[BEFORE + LATEST]] - data.time[rows[0]] < THRESHOLDS.gap_factor * usual);
+        .retain(|rows| data.time[rows[READINGS - 1]] - data.time[rows[0]] < THRESHOLDS.gap_factor * usual);
     found
 }
 
@@ -60,47 +69,73 @@ fn share_moved(data: &RotorLog, pasts: &[Readings]) -> f64 {
     moved.count() as f64 / pasts.len() as f64
 }
 
+/// What is known before each of these readings: of the command `later` readings behind the `first` of them, and of its rate.
+fn known(data: &RotorLog, pasts: &[Readings], first: usize, later: usize) -> [DMatrix<f64>; 2] {
+    let row = |rows: &Readings| -> [Vec<f64>; 2] {
+        let rows = &rows[first..first + BEFORE + later + 1];
+        let times = || rows.windows(2).map(|pair| (data.time[pair[1]] - data.time[pair[0]]) / data.interval - 1.0);
+        let part = |column: &[f64], readings: usize| -> Vec<f64> {
+            let slope = column[rows[BEFORE - 1]] - column[rows[0]];
+            let last = rows[..readings].iter().map(|row| column[*row]);
+            last.chain(times().map(|late| late * slope)).collect()
+        };
+        // With a later command those up to it are known, too.
+        let commands: Vec<f64> = std::iter::once(1.0).chain(part(&data.command, BEFORE + later)).collect();
+        let both = commands.iter().copied().chain(part(&data.rate, BEFORE)).collect();
+        [commands, both]
+    };
+    let rows: Vec<[Vec<f64>; 2]> = pasts.iter().map(row).collect();
+    [0, 1].map(|of| {
+        let columns = rows.first().map_or(0, |row| row[of].len());
+        DMatrix::from_row_iterator(rows.len(), columns, rows.iter().flat_map(|row| row[of].iter().copied()))
+    })
+}
+
+/// What is new in one column from one reading to the next.
+struct News {
+    /// What is known before each reading, and what is read, of [`NEW`] readings in a row.
+    readings: [(DMatrix<f64>, DVector<f64>); NEW],
+    /// What must be new: less is the rounding of its digits.
+    least: f64,
+}
+
+impl News {
+    /// Of what a line through these readings leaves of all: for each the greatest of its row, in their usual size, and the second
+    /// difference. `None` where nothing is new.
+    fn of(&self, kept: &[usize]) -> Option<Vec<(f64, f64)>> {
+        let (known, read) = &self.readings[0];
+        let line = coefficients(&known.select_rows(kept), &read.select_rows(kept))?;
+        let new = self.readings.each_ref().map(|(known, read)| read - known * &line);
+        let usual = median(new[0].iter().map(|value| value.abs()))? / MEDIAN_OF_NORMAL;
+        let greatest = |at: usize| new.iter().map(|new| new[at].abs() / usual).fold(0.0, f64::max);
+        let bend = |at: usize| new[0][at] - 2.0 * new[1][at] + new[2][at];
+        (usual >= self.least).then(|| (0..read.len()).map(|at| (greatest(at), bend(at))).collect())
+    }
+}
+
 /// By how much what is new in the rate goes with what is new in the command beside it, or so many readings `later`. Steps of a setpoint,
 /// and what a line leaves of their transients, are taken out: a few of them would speak for all.
 fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64> {
-    let known = 1 + 2 * BEFORE + later;
-    let row = |rows: &Readings| -> Vec<f64> {
-        let rates = rows[..BEFORE].iter().map(|row| data.rate[*row]);
-        // With a later command those up to it are known, too.
-        let commands = rows[..BEFORE + later].iter().map(|row| data.command[*row]);
-        std::iter::once(1.0).chain(rates).chain(commands).collect()
+    let all: [usize; NEW] = std::array::from_fn(|first| first);
+    let known = all.map(|first| known(data, pasts, first, later));
+    let news = |of: usize, column: &[f64], place: usize| {
+        let read = |first: usize| pasts.iter().map(move |rows| column[rows[first + place]]);
+        let readings =
+            all.map(|first| (known[first][of].clone(), DVector::from_iterator(pasts.len(), read(first))));
+        let (low, high) = extremes(column.iter().copied());
+        News { readings, least: THRESHOLDS.loop_news * (high - low) }
     };
-    let design = DMatrix::from_row_iterator(pasts.len(), known, pasts.iter().flat_map(row));
-    let of = |values: &[f64], place: usize| {
-        DVector::from_iterator(pasts.len(), pasts.iter().map(|rows| values[rows[place]]))
-    };
-    let both = [of(&data.rate, BEFORE), of(&data.command, BEFORE + later)];
-    // What is new in a column without noise is the rounding of its digits, and how a curve bends.
-    let least = [&data.rate[..], &data.command[..]].map(|values| {
-        let known = values.iter().copied().filter(|value| value.is_finite());
-        let (low, high) =
-            known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
-        THRESHOLDS.loop_news * (high - low)
-    });
+    let both = [news(1, &data.rate, BEFORE), news(0, &data.command, BEFORE + later)];
     let mut kept: Vec<usize> = (0..pasts.len()).collect();
     let mut found = f64::NAN;
     for _ in 0..THRESHOLDS.loop_passes {
-        let of_kept = design.select_rows(&kept);
-        let new = both.each_ref().map(|y| Some(y - &design * coefficients(&of_kept, &y.select_rows(&kept))?));
-        let [Some(rate), Some(command)] = new else { return None };
-        let most = [&rate, &command].map(|new| {
-            let usual = median(new.iter().map(|value| value.abs())).unwrap_or(0.0) / MEDIAN_OF_NORMAL;
-            THRESHOLDS.loop_clip * usual
-        });
-        if most.iter().zip(least).any(|(most, least)| *most < THRESHOLDS.loop_clip * least) {
-            return None;
-        }
-        kept.clear();
-        kept.extend((0..pasts.len()).filter(|at| rate[*at].abs() < most[0] && command[*at].abs() < most[1]));
+        let [rate, command] = [both[0].of(&kept)?, both[1].of(&kept)?];
+        let is_plain = |at: &usize| rate[*at].0.max(command[*at].0) < THRESHOLDS.loop_clip;
+        kept = (0..pasts.len()).filter(is_plain).collect();
         if kept.len() < THRESHOLDS.new_fewest / 2 {
             return None;
         }
-        let over = |a: &DVector<f64>, b: &DVector<f64>| kept.iter().map(|at| a[*at] * b[*at]).sum::<f64>();
+        let over = |a: &[(f64, f64)], b: &[(f64, f64)]| kept.iter().map(|at| a[*at].1 * b[*at].1).sum::<f64>();
         found = over(&rate, &command) / (over(&rate, &rate) * over(&command, &command)).sqrt();
     }
     found.is_finite().then_some(found)
@@ -108,9 +143,12 @@ fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64>
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
+    use crate::signal::columns::PROPELLER_RATES;
 
     /// A number from -1 to 1 that no neighbour's tells of.
     fn noise(row: usize, of: u64) -> f64 {
@@ -134,10 +172,12 @@ mod tests {
                 rate += 0.002 * 9.0 * (1200.0 * command - load - rate);
             }
         }
-        let time = (0..2000).map(|row| 0.02 * f64::from(row)).collect();
-        let mut log = Dataset::new("log.csv", "", time).expect("time rises");
-        log.insert("command_1", commands).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        said((0..2000).map(|row| 0.02 * f64::from(row)).collect(), commands, rates)
+    }
+
+    /// The correlation that is said of a log.
+    fn said(time: Vec<f64>, commands: Vec<f64>, rates: Vec<f64>) -> Option<f64> {
+        let log = Dataset::made(time, [("command_1", commands), (PROPELLER_RATES[0], rates)]);
         let log = ScreenedLog::of(&log);
         let found = log.rotor(1).expect("a rotor").findings().find(|it| it.code == COMMAND_FOLLOWS_RATE);
         found.map(|it| it.number("correlation"))
@@ -157,6 +197,45 @@ mod tests {
                 (integral.get() + 3e-4 * error).clamp(0.05, 1.0)
             });
             assert!(governed.is_some_and(|it| it < -0.6), "{amplitude} {late}: {governed:?}");
+        }
+    }
+
+    /// 30 s at 100 Hz of a rotor that is read with some noise under a sum of sines, as an attitude bench's torque is made.
+    #[test]
+    fn a_smooth_command_is_not_made_from_the_noise_of_the_rate() {
+        for (sines, amplitude) in [(4, 0.012), (7, 0.008), (12, 0.005)] {
+            let wave = |row: usize| -> f64 {
+                let sine = |of: usize| (0.01 * row as f64 * (1.1 + 1.37 * of as f64) + of as f64 * of as f64).sin();
+                0.45 + amplitude * (0..sines).map(sine).sum::<f64>()
+            };
+            let (mut rate, mut commands, mut rates) = (540.0, Vec::new(), Vec::new());
+            for row in 0..3000 {
+                commands.push((wave(row) * 1e7).round() / 1e7);
+                rates.push(rate + 2.6 * noise(row, 1));
+                (0..10).for_each(|_| rate += 0.001 * 16.0 * (1200.0 * wave(row) - rate));
+            }
+            let time = (0..3000).map(|row| 0.01 * f64::from(row)).collect();
+            assert_eq!(said(time, commands, rates), None, "{sines}");
+        }
+    }
+
+    /// 60 s of a chirp whose command is that of the moment at which its row comes, up to so much late [s]; `known`: the log says when.
+    #[test]
+    fn rows_that_come_late_make_no_controller() {
+        for (late, known) in [(0.004, true), (0.004, false), (0.012, true), (0.012, false)] {
+            let stamp = |row: usize| 0.02 * row as f64 + late * (0.5 + 0.5 * noise(row, 5)) * f64::from(u8::from(row > 0));
+            let at = |time: f64| 0.5 + 0.12 * (TAU * time * (0.1 + 1.9 / 120.0 * time)).sin();
+            let (mut rate, mut commands, mut rates) = (at(0.0) * 1200.0, Vec::new(), Vec::new());
+            for row in 0..3000 {
+                let command = at(stamp(row));
+                commands.push(command);
+                rates.push(rate + noise(row, 1));
+                // Ten steps of Euler a row.
+                let step = (stamp(row + 1) - stamp(row)) / 10.0;
+                (0..10).for_each(|_| rate += step * 14.0 * (1200.0 * command - rate));
+            }
+            let time = |row: usize| if known { stamp(row) } else { 0.02 * row as f64 };
+            assert_eq!(said((0..3000).map(time).collect(), commands, rates), None, "{late} {known}");
         }
     }
 
