@@ -92,7 +92,8 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
         let flags = libc::MREMAP_MAYMOVE | libc::MREMAP_FIXED;
         let moved = libc::mremap(block.cast(), had, had, flags, longer.cast::<c_void>());
         if moved == libc::MAP_FAILED {
-            unmap(longer, to);
+            // Its beginning may be unmapped already, and somebody else's by now.
+            libc::munmap(longer.add(had).cast(), wanted - had);
             return ptr::null_mut();
         }
         longer
