@@ -10,6 +10,8 @@ mod between_rows;
 mod case;
 mod catalogue;
 #[cfg(test)]
+mod claims;
+#[cfg(test)]
 mod compare;
 mod discovered;
 mod experiment;

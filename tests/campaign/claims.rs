@@ -1,0 +1,61 @@
+//! What screening claims of logs whose truth is known: of those that hide an effect or a law, and are honest about rows, commands and
+//! rates, none of what takes rows or effects from them; of benches whose commands step between rows, that they do.
+
+use rotorbench::log::csv;
+use rotorbench::screening::ScreenedLog;
+
+use crate::between_rows;
+use crate::case::Question;
+use crate::catalogue::{ENTRIES, Kind};
+use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
+
+/// Codes of what no such log is.
+const CLAIMS: [&str; 8] = [
+    "stalled",
+    "end_stop",
+    "uncommanded_motion",
+    "rate_is_angle_difference",
+    "command_follows_rate",
+    "rates_lead_commands",
+    "rate_falls_with_command",
+    "steps_between_rows",
+];
+
+fn claimed(folder: &std::path::Path) -> Vec<String> {
+    let log = csv::read(&folder.join("train.csv")).expect("a log");
+    let log = ScreenedLog::from(log);
+    log.findings().map(|it| it.code.to_string()).filter(|code| CLAIMS.contains(&code.as_str())).collect()
+}
+
+#[test]
+fn nothing_is_claimed_of_logs_that_are_what_they_say() {
+    let both = [Kind::Actuator, Kind::Attitude];
+    let singles = ENTRIES.iter().flat_map(|entry| {
+        let shown = both.into_iter().filter(|kind| entry.shows_on(*kind));
+        shown.map(|kind| (format!("{} on {kind:?}", entry.id), Question::Single(entry, kind)))
+    });
+    let laws = [(OUTSIDE_ACTUATOR, Kind::Actuator), (OUTSIDE_ATTITUDE, Kind::Attitude)];
+    let outside = laws.into_iter().flat_map(|(count, kind)| {
+        (0..count).map(move |number| (format!("law {number} on {kind:?}"), Question::Outside(number, kind)))
+    });
+    let mut asked = 0;
+    for (seed, (name, question)) in singles.chain(outside).enumerate() {
+        let Some(case) = question.make(93_000 + seed as u64) else { continue };
+        let folder = tempfile::tempdir().expect("a folder");
+        case.write(folder.path()).expect("written");
+        let claimed = claimed(folder.path());
+        assert!(claimed.is_empty(), "{name}: {claimed:?}, {}", case.truth);
+        asked += 1;
+    }
+    assert!(asked > 50, "{asked} cases");
+}
+
+#[test]
+fn commands_that_step_between_rows_are_seen() {
+    for number in 0..12 {
+        let case = between_rows::Case::draw(number, 71_000 + number);
+        let folder = tempfile::tempdir().expect("a folder");
+        case.write(folder.path()).expect("written");
+        assert_eq!(claimed(folder.path()), ["steps_between_rows"], "{}", case.truth);
+    }
+}
