@@ -29,6 +29,15 @@ impl Cells {
         let start = end.min(self.rows.start.saturating_add(rows.start));
         Self { all: Arc::clone(&self.all), rows: start..end }
     }
+
+    /// The cells alone; copied only where others hold them, too, or more than these.
+    #[must_use]
+    pub fn into_vec(self) -> Vec<f64> {
+        if self.rows != (0..self.all.len()) {
+            return self.to_vec();
+        }
+        Arc::try_unwrap(self.all).unwrap_or_else(|shared| shared.to_vec())
+    }
 }
 
 impl Default for Cells {
@@ -97,5 +106,14 @@ mod tests {
         copy[1] = 5.0;
         assert_eq!((column[1], copy[1], part[0]), (1.0, 5.0, 1.0));
         assert!(std::ptr::eq(&column[1], &part[0]));
+    }
+
+    #[test]
+    fn cells_that_nobody_else_holds_are_not_copied() {
+        let column = Cells::from(vec![0.0, 1.0, 2.0]);
+        let first: *const f64 = &column[0];
+        let part = column.part(1..3);
+        assert_eq!((column.clone().into_vec(), part.into_vec()), (vec![0.0, 1.0, 2.0], vec![1.0, 2.0]));
+        assert!(std::ptr::eq(&column.into_vec()[0], first));
     }
 }

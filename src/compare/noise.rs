@@ -67,7 +67,7 @@ fn left_by(run: &BlockRun, log: &Dataset, channel: &ChannelNoise) -> Option<Sens
         run.pieces.iter().for_each(|piece| level(&mut residual[piece.clone()]));
     }
     let white = channel.in_signal(&residual, &run.pieces);
-    let all = channel.in_residual((&residual, &run.modelled), &run.pieces, 0.0, 1.0);
+    let all = channel.in_residual((&residual, &|row| run.modelled[row]), &run.pieces, 0.0, 1.0);
     let is_more = all.is_all && is_clearly_less(white, all.rms);
     Some(if is_more { all } else { SensorNoise::white(white) })
 }

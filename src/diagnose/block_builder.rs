@@ -105,16 +105,21 @@ impl Driver<'_> {
         let angle = data.cells(columns::BODY_ANGLE).map(driven);
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
-        let rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
+        let mut rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
         let unknown = self.unknown_s(judged);
         // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
-        for rows in judged.stretches().iter().cloned() {
+        for (stretch, rows) in judged.stretches().iter().cloned().enumerate() {
             let time = &data.time()[rows.clone()];
             let torque = match rates.as_deref() {
                 Some([Some(first), Some(second)]) => {
-                    self.torque_of([first.cut(rows.clone()), second.cut(rows.clone())], time)
+                    let own = [first.cut(rows.clone()), second.cut(rows.clone())];
+                    if stretch + 1 == judged.stretches().len() {
+                        // From here on the torque is what is needed.
+                        rates = None;
+                    }
+                    self.torque_of(own, time)
                 }
                 Some(_) => return Vec::new(),
                 None => TorqueOver::commanded(&judged.torque()[rows.clone()]),
@@ -124,7 +129,7 @@ impl Driver<'_> {
                 torque: torque.mean,
                 torque_slope: torque.slope,
                 carried: torque.carried,
-                propeller_rate: torque.rates.map(|rates| rates.to_vec()),
+                propeller_rate: torque.rates.map(Cells::into_vec),
                 rate: rate.part(rows.clone()),
                 angle: angle.as_ref().map(|angle| angle.part(rows.clone())).unwrap_or_default(),
             };
@@ -145,16 +150,21 @@ impl Driver<'_> {
         }
     }
 
-    /// The torque of both rotors over a stretch.
+    /// The torque of both rotors over a stretch. Of a long one each column is let go of where it has served.
     fn torque_of(&self, [first, second]: [Rates; 2], time: &[f64]) -> TorqueOver {
         let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
             let pairs = first.iter().zip(second);
             pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
         };
         let slope = forward_slopes(time, &torque(&first.at, &second.at)).into();
+        drop((first.at, second.at));
         let mean = torque(&first.mean, &second.mean);
-        let noisy = torque(&first.noisy(), &second.noisy());
-        let carried = noisy.iter().zip(&mean).map(|(noisy, quiet)| noisy - quiet).collect();
+        let noisy = |rates: &[f64], carried: &[f64], row: usize| rates[row] + carried[row];
+        let torque_with_noise = |row: usize| {
+            let rates = [noisy(&first.mean, &first.carried, row), noisy(&second.mean, &second.carried, row)];
+            self.equations.rotor_torque(rates[0], rates[1])
+        };
+        let carried = mean.iter().enumerate().map(|(row, quiet)| torque_with_noise(row) - quiet).collect();
         TorqueOver { mean, slope, carried, rates: [first.mean, second.mean] }
     }
 
@@ -190,12 +200,14 @@ impl Driver<'_> {
     fn correct_by_measured(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
         let mut trace = RotorTrace::default();
         simulate(self.equations, run, None, locals, &mut trace);
-        let lacks: Vec<f64> =
+        let left: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
         let noise = ChannelNoise::of(run.measured.iter().copied());
-        let (left, whole) = ((&lacks[..], &trace.measured[..]), 0..lacks.len());
-        let noise = noise.in_residual(left, std::slice::from_ref(&whole), 0.0, 1.0);
-        let (lacks, carried) = smooth(&lacks, &noise);
+        let (modelled, whole) = (|row: usize| trace.measured[row], 0..left.len());
+        let noise = noise.in_residual((&left, &modelled), std::slice::from_ref(&whole), 0.0, 1.0);
+        trace.measured = Vec::new();
+        let (lacks, carried) = smooth(&left, &noise);
+        drop(left);
         let Rates { at, mean, carried: noise } = rates;
         let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
         for (row, lack) in run.rows.clone().zip(&lacks) {
@@ -284,11 +296,6 @@ impl Rates {
     fn cut(&self, rows: Range<usize>) -> Self {
         let part = |values: &Cells| values.part(rows.clone());
         Self { at: part(&self.at), mean: part(&self.mean), carried: part(&self.carried) }
-    }
-
-    /// The means with an example of their noise.
-    fn noisy(&self) -> Vec<f64> {
-        self.mean.iter().zip(&self.carried).map(|(mean, noise)| mean + noise).collect()
     }
 }
 

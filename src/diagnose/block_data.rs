@@ -8,6 +8,7 @@ use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::deviation;
+use crate::estimation::output_error::Residuals;
 use crate::log::Cells;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::{Sensor, columns};
@@ -90,13 +91,19 @@ impl BlockData {
     /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
     /// what the noise of the rotors' sensors does to a body of `inertia` [kg m²] that they drive.
     #[must_use]
-    pub fn floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
-        let modelled = self.modelled(residuals);
+    pub fn floors(&self, residuals: &Residuals, inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            let (pieces, carried) = (self.pieces(channel), self.carried[channel] / inertia);
-            let left = (residuals, &modelled[..]);
-            *floor = self.noise[channel].in_residual(left, &pieces, carried, *floor).rms.hypot(carried);
+            let carried = self.carried[channel] / inertia;
+            let (left, pieces) = residuals.of_parts(&self.pieces(channel));
+            let measured = self.measured(channel);
+            // What a model says that leaves these residuals, in the channel's unit.
+            let modelled = |row: usize| {
+                let piece = pieces.partition_point(|piece| piece.end <= row);
+                measured[piece][row - pieces[piece].start] - self.sigma[channel] * left[row]
+            };
+            let noise = self.noise[channel].in_residual((&left, &modelled), &pieces, carried, *floor);
+            *floor = noise.rms.hypot(carried);
         }
         floors
     }
@@ -104,7 +111,7 @@ impl BlockData {
     /// The same with only what surely is noise. A search goes by these floors: a law that has not been found yet may look like noise
     /// with a memory, and what all laws together leave is judged by [`BlockData::floors`].
     #[must_use]
-    pub fn white_floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
+    pub fn white_floors(&self, residuals: &Residuals, inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
             *floor = self.white_noise(residuals, channel).hypot(self.carried[channel] / inertia);
@@ -114,36 +121,26 @@ impl BlockData {
 
     /// Rms of what surely is noise of the channel's own sensor, in its unit, from residuals over the data's own sigma.
     #[must_use]
-    pub fn white_noise(&self, residuals: &[f64], channel: usize) -> f64 {
-        self.noise[channel].white_in_residual(residuals, &self.pieces(channel), self.sigma[channel])
+    pub fn white_noise(&self, residuals: &Residuals, channel: usize) -> f64 {
+        let (left, pieces) = residuals.of_parts(&self.pieces(channel));
+        self.noise[channel].white_in_residual(&left, &pieces, self.sigma[channel])
     }
 
-    /// What a model says that leaves these residuals over the data's own sigma, in the channels' units; not-a-number where nothing was
-    /// measured.
-    fn modelled(&self, residuals: &[f64]) -> Vec<f64> {
-        let mut modelled = vec![f64::NAN; self.len];
-        let mut fill = |unit: Range<usize>, measured: &[f64], sigma: f64| {
-            let pairs = measured.iter().zip(&residuals[unit.clone()]);
-            modelled[unit].iter_mut().zip(pairs).for_each(|(to, (value, left))| *to = value - sigma * left);
-        };
+    /// What was measured in a channel, in its unit, in each of its [pieces](Self::pieces).
+    fn measured(&self, channel: usize) -> Vec<Cells> {
         match &self.runs {
-            Runs::Rotor(runs) => {
-                runs.iter().zip(&self.units).for_each(|(run, unit)| {
-                    fill(unit.clone(), &run.measured, self.sigma[0]);
-                });
-            }
+            Runs::Rotor(runs) => runs.iter().map(|run| run.measured.clone()).collect(),
             Runs::Body(runs) => {
-                let windows = runs.iter().flat_map(|run| run.windows.iter().map(move |rows| (run, rows)));
-                for ((run, rows), unit) in windows.zip(&self.units) {
-                    let middle = unit.start + rows.len();
-                    fill(unit.start..middle, &run.rate[rows.clone()], self.sigma[0]);
-                    if run.channels() == 2 {
-                        fill(middle..unit.end, &run.angle[rows.clone()], self.sigma[1]);
-                    }
-                }
+                let having = runs.iter().filter(|run| channel < run.channels());
+                let values =
+                    |run: &'_ BodyRun| if channel == 0 { run.rate.clone() } else { run.angle.clone() };
+                let of_run = |run: &'_ BodyRun| {
+                    let values = values(run);
+                    run.windows.iter().map(move |rows| values.part(rows.clone())).collect::<Vec<Cells>>()
+                };
+                having.flat_map(of_run).collect()
             }
         }
-        modelled
     }
 
     /// What no error of a channel can resolve, in its unit.

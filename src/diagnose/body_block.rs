@@ -1,7 +1,7 @@
 //! The body block: free runs over short windows, driven by what the rotors were measured to do.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
@@ -31,14 +31,33 @@ pub struct BodyRun {
     pub rate: Cells,
     /// [rad] not-a-number where missing; empty when the log has none.
     pub angle: Cells,
-    /// [rad/s] where windows start.
-    pub start_rate: Cells,
-    /// [rad] where windows start.
-    pub start_angle: Cells,
     /// The windows, in samples of this run.
     pub windows: Vec<Range<usize>>,
     /// Whether each window counts.
     pub counts: Vec<bool>,
+    /// [rad] and [rad/s] where each window starts.
+    starts: Vec<[f64; 2]>,
+    /// Once somebody asks: of a long log it is long.
+    path: Arc<OnceLock<BodyPath>>,
+}
+
+/// How a body went, with straight lines over what was not measured, and what was measured next to it held where there is no line.
+#[derive(Debug)]
+pub struct BodyPath {
+    /// [rad] empty where there is no angle.
+    pub angle: Cells,
+    /// [rad/s]
+    pub rate: Cells,
+}
+
+impl BodyPath {
+    fn of(time: &[f64], angle: &Cells, rate: &Cells) -> Self {
+        let whole = |values: &Cells| {
+            let is_whole = values.iter().all(|value| value.is_finite());
+            if is_whole { values.clone() } else { held_throughout(&readings::bridged(time, values)).into() }
+        };
+        Self { angle: whole(angle), rate: whole(rate) }
+    }
 }
 
 impl BodyRun {
@@ -47,34 +66,47 @@ impl BodyRun {
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
         let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
         let windows = windows::apart(&time, horizon, THRESHOLDS.window_samples, THRESHOLDS.window_rest);
-        let start = |values: &Cells| {
-            let is_whole = values.iter().all(|value| value.is_finite());
-            if is_whole { values.clone() } else { held_throughout(&readings::bridged(&time, values)).into() }
-        };
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Cells::default() };
-        let (start_rate, start_angle) = (start(&rate), start(&angle));
+        let path = BodyPath::of(&time, &angle, &rate);
+        let at = |values: &[f64], row: usize| values.get(row).copied().unwrap_or(0.0);
+        let start = |window: &Range<usize>| [&path.angle, &path.rate].map(|values| at(values, window.start));
+        let starts = windows.iter().map(start).collect();
+        drop(path);
         Self {
             log,
             rows,
             torque_slope,
             carried,
-            start_rate,
-            start_angle,
             rate,
             angle,
             counts: vec![true; windows.len()],
             windows,
+            starts,
+            path: Arc::default(),
             input: Arc::new(BodyInput { torque, propeller_rate, time }),
         }
     }
 
+    /// How the body went.
+    #[must_use]
+    pub fn path(&self) -> &BodyPath {
+        self.path.get_or_init(|| BodyPath::of(&self.input.time, &self.angle, &self.rate))
+    }
+
     /// Without the windows that begin before `time` [s].
     #[must_use]
-    pub(crate) fn since(mut self, time: f64) -> Self {
+    pub(crate) fn since(self, time: f64) -> Self {
         let begins = |window: &Range<usize>| self.input.time.get(window.start).is_some_and(|at| *at >= time);
-        self.windows.retain(begins);
-        self.counts.truncate(self.windows.len());
-        self
+        let kept = (0..self.windows.len()).filter(|index| begins(&self.windows[*index])).collect();
+        self.with_windows(kept)
+    }
+
+    /// With these of its windows.
+    fn with_windows(self, kept: Vec<usize>) -> Self {
+        let windows = kept.iter().map(|index| self.windows[*index].clone()).collect();
+        let counts = kept.iter().map(|index| self.counts[*index]).collect();
+        let starts = kept.iter().map(|index| self.starts[*index]).collect();
+        Self { windows, counts, starts, ..self }
     }
 
     /// One in so many of its windows.
@@ -84,10 +116,7 @@ impl BodyRun {
         let within =
             |group: usize| if share > THRESHOLDS.windows_in_step { scattered(group) % share } else { 0 };
         let taken = (0..self.windows.len().div_ceil(share)).map(|group| group * share + within(group));
-        let taken: Vec<usize> = taken.filter(|index| *index < self.windows.len()).collect();
-        let windows = taken.iter().map(|index| self.windows[*index].clone()).collect();
-        let counts = taken.iter().map(|index| self.counts[*index]).collect();
-        Self { windows, counts, ..self.clone() }
+        self.clone().with_windows(taken.filter(|index| *index < self.windows.len()).collect())
     }
 
     /// Channels measured: the rate, and the angle where there is one.
@@ -123,7 +152,9 @@ pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
     is_other.then(|| {
         let torque = equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope);
         let mut input = BodyInput { torque, ..BodyInput::clone(&run.input) };
-        equations.add_remembered_torque(&mut input, &run.start_angle, &run.start_rate);
+        if equations.has_remembered_torque() {
+            equations.add_remembered_torque(&mut input, &run.path().angle, &run.path().rate);
+        }
         input
     })
 }
@@ -185,8 +216,8 @@ pub fn window_residuals(
     let local = |index: usize| locals.get(index).copied().unwrap_or(0.0);
     let (rate, angle, sensor) =
         if has_angle { (local(0), local(1), local(2)) } else { (local(0), 0.0, local(1)) };
-    let at = |values: &[f64]| values.get(rows.start).copied().unwrap_or(0.0);
-    let start = BodyStart { angle: at(&run.start_angle) + angle, rate: at(&run.start_rate) + rate, sensor };
+    let [start_angle, start_rate] = run.starts[window];
+    let start = BodyStart { angle: start_angle + angle, rate: start_rate + rate, sensor };
     trace.rate.clear();
     trace.angle.clear();
     equations.simulate_body(input, rows.start, rows.end, &start, trace);

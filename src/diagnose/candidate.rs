@@ -35,6 +35,11 @@ impl StartingPoints {
         Self { way: THRESHOLDS.full_fit, ..self }
     }
 
+    /// The same as ends of a way on a part of the data.
+    pub(crate) fn near(self) -> Self {
+        Self { is_on_part: true, ..self }
+    }
+
     /// The best start, and the second where it is as good.
     fn best_starts(&self) -> impl Iterator<Item = &(f64, Model)> {
         let limit = THRESHOLDS.second_start * self.starts.first().map_or(0.0, |(cost, _)| *cost);
@@ -49,10 +54,17 @@ impl Candidate<'_> {
         self.finish(self.starting_points(split), split)
     }
 
-    /// The same from where a fit on a part of the data ended.
+    /// Fits from these starts without data that it has not seen: those that it was fitted on stand in their place.
+    #[must_use]
+    pub(crate) fn fit_alone(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
+        let (fit, _, model) = self.fitted(&starting_points, split);
+        self.found(starting_points.names, model, (fit.clone(), fit))
+    }
+
+    /// As [`Candidate::run`], from where a fit on a part of the data ended.
     #[must_use]
     pub(crate) fn run_near(&self, split: &DataSplit) -> CandidateFit {
-        self.finish(StartingPoints { is_on_part: true, ..self.starting_points(split) }, split)
+        self.finish(self.starting_points(split).near(), split)
     }
 
     /// The least cost on data when the candidate's numbers are fitted from where a model has them; not looked for any longer where
@@ -126,7 +138,19 @@ impl Candidate<'_> {
     /// Fits from the best starts to the end, and computes the held-out error.
     #[must_use]
     pub fn finish(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
-        let StartingPoints { template, names, .. } = &starting_points;
+        let (best, slopes, model) = self.fitted(&starting_points, split);
+        let held_out = self.held_out(&model, (&best, &slopes), &starting_points.names, split);
+        self.found(starting_points.names, model, (best, held_out))
+    }
+
+    fn found(&self, names: Vec<String>, model: Model, (fit, held_out): (Fit, Fit)) -> CandidateFit {
+        let effects = self.effects.iter().map(|effect| effect.id.clone()).collect();
+        CandidateFit { effects, model, names, fit, held_out }
+    }
+
+    /// Fits from the best starts to the end.
+    fn fitted(&self, starting_points: &StartingPoints, split: &DataSplit) -> (Fit, Slopes, Model) {
+        let StartingPoints { template, names, .. } = starting_points;
         let inside = self.inside(template);
         let problem = Problem::new(&split.train, template.clone(), names.clone(), &inside);
         let to_the_end = FitConfig {
@@ -161,14 +185,7 @@ impl Candidate<'_> {
                 model.standard_errors.insert(name.clone(), *error);
             }
         }
-        let held_out = self.held_out(&model, (&best, &slopes), names, split);
-        CandidateFit {
-            effects: self.effects.iter().map(|effect| effect.id.clone()).collect(),
-            model,
-            names: names.clone(),
-            fit: best,
-            held_out,
-        }
+        (best, slopes, model)
     }
 
     /// The parameter of a law in jumps, and the rest of the numbers beside it: they depend on each other.

@@ -90,14 +90,13 @@ impl CandidateFit {
     /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.
     #[must_use]
     pub fn consistency(&self, after: &Self) -> f64 {
-        self.held_out_consistency(after)
-            .max(consistency(&self.fit.residuals.all(), &after.fit.residuals.all()))
+        self.held_out_consistency(after).max(consistency(&self.fit.residuals, &after.fit.residuals))
     }
 
     /// The same on the held-out part.
     #[must_use]
     pub fn held_out_consistency(&self, after: &Self) -> f64 {
-        consistency(&self.held_out.residuals.all(), &after.held_out.residuals.all())
+        consistency(&self.held_out.residuals, &after.held_out.residuals)
     }
 
     /// Whether two of its effects work against each other and little is left of both: then they are no physics but
@@ -184,7 +183,7 @@ impl CandidateFit {
     }
 }
 
-fn consistency(before: &[f64], after: &[f64]) -> f64 {
+fn consistency(before: &Residuals, after: &Residuals) -> f64 {
     let (stretches, fewest) = (THRESHOLDS.stretches_compared, THRESHOLDS.fewest_stretches_compared);
     stretchwise::consistency(before, after, stretches, fewest)
 }

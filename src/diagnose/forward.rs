@@ -30,7 +30,7 @@ impl Search<'_> {
             let front = if falls { &paying } else { &identifiable };
             let Some(best) = front.first().map(|best| (*best).clone()) else { return };
             (self.progress)(SearchEvent::Leading(&best.effects));
-            let floors = split.validate.white_floors(&best.held_out.residuals.all(), best.model.body.inertia);
+            let floors = split.validate.white_floors(&best.held_out.residuals, best.model.body.inertia);
             let over = over_floor(split, if falls { &best } else { &before }, &floors).0;
             let is_done = over < THRESHOLDS.done_at_floor;
             let no_pair = !falls && (depth > 1 || over < THRESHOLDS.nearly_at_floor);

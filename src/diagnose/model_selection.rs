@@ -10,6 +10,7 @@ use super::rotor_block::RotorRun;
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Site, Term, find};
+use crate::estimation::output_error::Residuals;
 use crate::model::Effect;
 use crate::threads::both;
 
@@ -67,19 +68,19 @@ pub(crate) fn joint_floors(split: &DataSplit, best: &CandidateFit) -> [f64; 2] {
 fn on_both_parts(
     split: &DataSplit,
     best: &CandidateFit,
-    floors: impl Fn(&BlockData, &[f64], f64) -> [f64; 2] + Sync,
+    floors: impl Fn(&BlockData, &Residuals, f64) -> [f64; 2] + Sync,
 ) -> [f64; 2] {
     let inertia = best.model.body.inertia;
     let (train, validate) = both(
-        || floors(&split.train, &best.fit.residuals.all(), inertia),
-        || floors(&split.validate, &best.held_out.residuals.all(), inertia),
+        || floors(&split.train, &best.fit.residuals, inertia),
+        || floors(&split.validate, &best.held_out.residuals, inertia),
     );
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 
 /// Weighs each channel of the split by how large its noise is.
 pub(crate) fn weigh_channels(split: &mut DataSplit, fitted: &CandidateFit) {
-    let floors = split.train.white_floors(&fitted.fit.residuals.all(), fitted.model.body.inertia);
+    let floors = split.train.white_floors(&fitted.fit.residuals, fitted.model.body.inertia);
     let weight = |channel: usize| {
         floors[channel].max(THRESHOLDS.least_channel_weight * fitted.channel_error(split, channel, false))
     };

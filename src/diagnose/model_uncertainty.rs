@@ -14,6 +14,7 @@ use super::search_result::SearchResult;
 use super::search_space::Search;
 use crate::effect::{self, Site, Term};
 use crate::estimation::jackknife::{of_left_out, of_two};
+use crate::model::Model;
 use crate::threads::spread;
 
 /// Values of one parameter in several fits.
@@ -26,7 +27,7 @@ impl Search<'_> {
         if answer.names.is_empty() || answer.is_exact(split) {
             return;
         }
-        let with_base = self.with_base(answer, split);
+        let with_base = self.with_base(answer, split).map(|fitted| fitted.model);
         let others = self.on_other_data(answer, split);
         let mut model = answer.model.clone();
         for name in &answer.names {
@@ -35,9 +36,9 @@ impl Search<'_> {
             else {
                 continue;
             };
-            let from_base = with_base.as_ref().and_then(|fitted| fitted.model.parameter(name));
+            let from_base = with_base.as_ref().and_then(|model| model.parameter(name));
             let from_base = from_base.map_or(0.0, |other| (other - value).powi(2));
-            let others: Values = others.iter().map(|fitted| fitted.model.parameter(name)).collect();
+            let others: Values = others.iter().map(|model| model.parameter(name)).collect();
             let between = between(value, &others, split.folds.is_empty());
             let of_steps = if is_command_delay(name) { split.train.delay_unknown() } else { 0.0 };
             let variance = error.powi(2).max(between) + from_base + of_steps.powi(2);
@@ -53,12 +54,12 @@ impl Search<'_> {
         if answer.effects.is_empty() || base.iter().all(is_free) {
             return None;
         }
-        let fitted = self.near(answer, &base).run(split);
+        let fitted = self.fit_near(answer, &base, split);
         is_identifiable(split, &fitted, self.known).then_some(fitted)
     }
 
     /// The answer's numbers fitted to the held-out data; of a single log, to each part that a fold is fitted on.
-    fn on_other_data(&self, answer: &CandidateFit, split: &DataSplit) -> Vec<CandidateFit> {
+    fn on_other_data(&self, answer: &CandidateFit, split: &DataSplit) -> Vec<Model> {
         let swapped =
             |(fitted, held_out): (&_, &_)| DataSplit::new(Clone::clone(fitted), Some(Clone::clone(held_out)));
         let splits: Vec<DataSplit> = if split.folds.is_empty() {
@@ -69,12 +70,14 @@ impl Search<'_> {
         let base: Vec<String> = answer.names.iter().filter(|name| !name.contains('.')).cloned().collect();
         let can_tell = |split: &&DataSplit| split.insufficient_data().is_none();
         let splits: Vec<&DataSplit> = splits.iter().filter(can_tell).collect();
-        spread(&splits, |split| self.near(answer, &base).run(split))
+        spread(&splits, |split| self.fit_near(answer, &base, split).model)
     }
 
     /// The answer's effects, from where it has them, with these numbers of the base free.
-    fn near<'b>(&'b self, answer: &'b CandidateFit, base: &[String]) -> Candidate<'b> {
-        Candidate { effects: self.lookup(&answer.effects), ..self.start(&answer.model, base) }
+    fn fit_near(&self, answer: &CandidateFit, base: &[String], split: &DataSplit) -> CandidateFit {
+        let candidate =
+            Candidate { effects: self.lookup(&answer.effects), ..self.start(&answer.model, base) };
+        candidate.fit_alone(candidate.starting_points(split), split)
     }
 }
 

@@ -58,19 +58,41 @@ impl<'a> Search<'a> {
         refitted: &CandidateFit,
         best: &CandidateFit,
     ) -> (CandidateFit, Vec<String>) {
+        if best.effects.is_empty() {
+            return self.select_from(split, nominal.clone(), refitted.clone(), &best.model);
+        }
+        self.select_beside_effects(split, best.clone())
+    }
+
+    /// The same of a set of effects.
+    pub(crate) fn select_beside_effects(
+        &self,
+        split: &DataSplit,
+        best: CandidateFit,
+    ) -> (CandidateFit, Vec<String>) {
         let names = split.base_parameters(self.base);
-        let effects = self.lookup(&best.effects);
         let model = self.with_own_numbers(&best.model, &names);
-        let (mut now, target) = if best.effects.is_empty() {
-            (nominal.clone(), refitted)
-        } else {
-            (Candidate { effects: effects.clone(), ..self.start(&model, &[]) }.run(split), best)
-        };
+        let now = Candidate { effects: self.lookup(&best.effects), ..self.start(&model, &[]) }.run(split);
+        self.select_from(split, now, best, &model)
+    }
+
+    /// The same from a fit with the base's numbers as they were towards one with all of them free, with the numbers of the effects of
+    /// `target` as `found` has them.
+    fn select_from(
+        &self,
+        split: &DataSplit,
+        mut now: CandidateFit,
+        target: CandidateFit,
+        found: &Model,
+    ) -> (CandidateFit, Vec<String>) {
+        let names = split.base_parameters(self.base);
+        let effects = self.lookup(&target.effects);
+        let model = self.with_own_numbers(found, &names);
         let mut free: Vec<String> = Vec::new();
         while free.len() < names.len() {
             // From the base's numbers a better valley may have been found than the one of `best`: then each number has
             // to gain enough by itself.
-            let is_behind = improves(split, &now, target);
+            let is_behind = improves(split, &now, &target);
             let is_ahead = target.validate(split) * (1.0 - THRESHOLDS.least_gain) > now.validate(split);
             if !is_behind && !is_ahead {
                 break;
@@ -95,6 +117,6 @@ impl<'a> Search<'a> {
         // there does not count.
         let lost_one = !now.effects.is_empty() && !is_identifiable(split, &now, self.known);
         let behind = target.validate(split) < now.validate(split) * (1.0 - THRESHOLDS.least_gain);
-        if lost_one || (behind && !now.is_exact(split)) { (target.clone(), names) } else { (now, free) }
+        if lost_one || (behind && !now.is_exact(split)) { (target, names) } else { (now, free) }
     }
 }

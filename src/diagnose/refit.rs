@@ -7,7 +7,7 @@ use super::model_selection::weigh_channels;
 use super::problem::Problem;
 use super::search_result::SearchResult;
 use super::search_space::Search;
-use crate::estimation::output_error::validate;
+use crate::estimation::output_error::{Fit, validate};
 use crate::model::{Effect, Model};
 
 /// What the same block was found to be on a part of the data: where the fits on all of it start.
@@ -50,6 +50,7 @@ impl Search<'_> {
     pub(crate) fn refit_near(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
         let (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
         let (answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
+        drop(best);
         SearchResult::of_one(split, [nominal, refitted, answer], changed)
     }
 
@@ -57,31 +58,45 @@ impl Search<'_> {
     /// errors in one measure.
     #[must_use]
     pub(crate) fn rung(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
-        let base_names = split.base_parameters(self.base);
-        let (mut nominal, mut refitted, mut best);
         if ids.is_empty() {
-            (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
-        } else {
-            let start;
-            (start, best) = match near_of(near, &split, ids) {
-                // What a part has shown weighs the channels, too.
-                Some(near) => {
-                    split.set_sigma(near.sigma);
-                    (near.refitted.clone(), self.as_found(&near.answer, ids, &split))
-                }
-                None => {
-                    let (_, refitted, best) = self.first_fits(&mut split, ids, near);
-                    (refitted.model, best)
-                }
-            };
-            weigh_channels(&mut split, &best);
-            nominal = self.candidate(self.base, &[], &[]).run(&split);
-            refitted = self.candidate(&start, &[], &base_names).run_near(&split);
-            best = self.candidate(&best.model, ids, &base_names).run_near(&split);
+            let (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
+            let (answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
+            drop(best);
+            return self.measured_rung(split, [nominal.into(), refitted.into()], answer, changed);
         }
-        let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
-        self.measure_in_one_unit(&mut split, [&mut nominal, &mut refitted, &mut answer]);
-        SearchResult::of_one(split, [nominal, refitted, answer], changed)
+        let (start, found) = match near_of(near, &split, ids) {
+            // What a part has shown weighs the channels, too.
+            Some(near) => {
+                split.set_sigma(near.sigma);
+                (near.refitted.clone(), self.as_found(&near.answer, ids, &split))
+            }
+            None => {
+                let (_, refitted, best) = self.first_fits(&mut split, ids, near);
+                (refitted.model, best)
+            }
+        };
+        weigh_channels(&mut split, &found);
+        // Of a long log what a fit leaves of each row is long: of each no more is kept than is asked of it.
+        let found = found.model;
+        let names = split.base_parameters(self.base);
+        let bases = [(self.base, &[][..]), (&start, &names[..])];
+        let bases = bases.map(|(from, names)| self.base_of_rung(from, names, &split));
+        let best = self.candidate(&found, ids, &names).run_near(&split);
+        let (answer, changed) = self.select_beside_effects(&split, best);
+        self.measured_rung(split, bases, answer, changed)
+    }
+
+    /// A base of a rung, these of its numbers fitted. Where all are measured in one unit afterwards its numbers are enough.
+    fn base_of_rung(&self, from: &Model, names: &[String], split: &DataSplit) -> FittedModel {
+        let candidate = self.candidate(from, &[], names);
+        if !split.folds.is_empty() {
+            return candidate.run_near(split).into();
+        }
+        if names.is_empty() {
+            return FittedModel::as_it_is(from);
+        }
+        let found = candidate.fit_alone(candidate.starting_points(split).near(), split);
+        FittedModel { left: None, ..found.into() }
     }
 
     /// The nominal and the refitted baseline, and the fit with the effects.
@@ -139,22 +154,55 @@ impl Search<'_> {
         best
     }
 
-    /// The errors of the fits, their last the answer, with initial states that the noise alone weighs: a model's error is
-    /// the same then, whatever it was fitted beside, and the rungs of a ladder agree. Not where parts of the logs that are fitted
-    /// on are held out: there each part has a fit of its own.
-    fn measure_in_one_unit(&self, split: &mut DataSplit, fits: [&mut CandidateFit; 3]) {
-        if !split.folds.is_empty() {
-            return;
+    /// A rung of its bases and its answer, their errors with initial states that the noise alone weighs: a model's error is the same then,
+    /// whatever it was fitted beside, and the rungs of a ladder agree. Not where parts of the logs that are fitted on are held out:
+    /// there each part has a fit of its own.
+    fn measured_rung(
+        &self,
+        mut split: DataSplit,
+        bases: [FittedModel; 2],
+        answer: CandidateFit,
+        changed: Vec<String>,
+    ) -> SearchResult {
+        let [nominal, refitted] = bases;
+        if split.folds.is_empty() {
+            let inertia = answer.model.body.inertia;
+            split.set_sigma(split.train.white_floors(&answer.fit.residuals, inertia));
         }
-        let [.., answer] = &fits;
-        split.set_sigma(split.train.white_floors(&answer.fit.residuals.all(), answer.model.body.inertia));
-        for fitted in fits {
-            let inside: Vec<&Effect> =
-                self.known.iter().filter(|effect| fitted.model.has(&effect.id)).collect();
-            let of = |data: &BlockData| {
-                validate(&Problem::new(data, fitted.model.clone(), Vec::new(), &inside), &[])
-            };
-            (fitted.fit, fitted.held_out) = (of(&split.train), of(&split.validate));
+        let answer = FittedModel::from(answer);
+        let fits = [nominal, refitted, answer].map(|fitted| self.measured(fitted, &split));
+        SearchResult::of_one(split, fits, changed)
+    }
+
+    fn measured(&self, fitted: FittedModel, split: &DataSplit) -> CandidateFit {
+        let FittedModel { effects, model, names, left } = fitted;
+        if let Some((fit, held_out)) = left.filter(|_| !split.folds.is_empty()) {
+            return CandidateFit { effects, model, names, fit, held_out };
         }
+        let inside: Vec<&Effect> = self.known.iter().filter(|effect| model.has(&effect.id)).collect();
+        let of = |data: &BlockData| validate(&Problem::new(data, model.clone(), Vec::new(), &inside), &[]);
+        let (fit, held_out) = (of(&split.train), of(&split.validate));
+        CandidateFit { effects, model, names, fit, held_out }
+    }
+}
+
+/// A candidate after its fit; what it leaves on both parts where that is still asked for.
+struct FittedModel {
+    effects: Vec<String>,
+    model: Model,
+    names: Vec<String>,
+    left: Option<(Fit, Fit)>,
+}
+
+impl FittedModel {
+    fn as_it_is(model: &Model) -> Self {
+        Self { effects: Vec::new(), model: model.clone(), names: Vec::new(), left: None }
+    }
+}
+
+impl From<CandidateFit> for FittedModel {
+    fn from(fitted: CandidateFit) -> Self {
+        let CandidateFit { effects, model, names, fit, held_out } = fitted;
+        Self { effects, model, names, left: Some((fit, held_out)) }
     }
 }

@@ -80,7 +80,7 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
             channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
         }
     }
-    let floor = data.white_noise(&residuals, 0);
+    let floor = data.white_noise(&fit.residuals, 0);
     (!error.is_empty()).then(|| ResidualEvidence {
         block: format!("actuator_{number}"),
         error,
@@ -123,8 +123,8 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvide
         };
         let values = [
             mean(time),
-            over(&run.start_angle),
-            over(&run.start_rate),
+            over(&run.path().angle),
+            over(&run.path().rate),
             over(&run.input.torque),
             ends(&run.input.torque),
             over(&run.input.propeller_rate[0]),
@@ -133,7 +133,7 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvide
         channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
     }
     channels.retain(|(_, values)| values.iter().any(|value| value.is_finite()));
-    let floor = data.white_noise(&all, 0);
+    let floor = data.white_noise(&fit.residuals, 0);
     // The variance of a slope under white noise.
     let noise = floor * floor * mean(&spread);
     ResidualEvidence { block: "body".to_owned(), error, noise, channels }

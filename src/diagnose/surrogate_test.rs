@@ -20,7 +20,6 @@ const CONFIG: SurrogateConfig = SurrogateConfig {
 #[must_use]
 pub fn surrogate(without: &CandidateFit, with: &CandidateFit, period: usize) -> SurrogateTest {
     let before = without.held_out.residuals.all();
-    let trace: Vec<f64> =
-        before.iter().zip(&*with.held_out.residuals.all()).map(|(before, after)| before - after).collect();
+    let trace = without.held_out.residuals.minus(&with.held_out.residuals);
     SurrogateTest::of(&trace, &before, period, &CONFIG)
 }

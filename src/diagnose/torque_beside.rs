@@ -16,16 +16,17 @@ pub(crate) fn turns_the_body(split: &DataSplit) -> bool {
     for run in runs.iter().filter(|run| !run.angle.is_empty()) {
         let time = &run.input.time;
         let turned = integral_of_held(time, &run.input.torque);
-        let angles = trapezoidal(time, &run.start_angle);
+        let path = run.path();
+        let angles = trapezoidal(time, &path.angle);
         let over = |values: &[f64], from: usize, to: usize| values[to] - values[from];
         rows.extend(run.windows.iter().filter(|window| window.len() > 1).map(|window| {
             let (from, to) = (window.start, window.end - 1);
             [
                 over(&turned, from, to),
                 over(&angles, from, to),
-                over(&run.start_angle, from, to),
+                over(&path.angle, from, to),
                 time[to] - time[from],
-                over(&run.start_rate, from, to),
+                over(&path.rate, from, to),
             ]
         }));
     }

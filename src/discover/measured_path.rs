@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::law::{CandidateLaw, LawTerm};
 use crate::diagnose::block_data::{BlockData, Runs};
-use crate::diagnose::body_block::BodyRun;
+use crate::diagnose::body_block::{BodyPath, BodyRun};
 use crate::effect::signals;
 use crate::effect::{Expression, Point, Site};
 use crate::model::{BodyInput, Model};
@@ -35,13 +35,14 @@ pub(crate) fn torques(
     let seen = |signal: &str| law.channels().iter().any(|channel| channel.signal == signal);
     let moves = seen(signals::BODY_ANGLE) || seen(signals::BODY_RATE);
     let is_seen = |run: &BodyRun| {
-        (!seen(signals::BODY_ANGLE) || run.start_angle.len() == run.input.time.len())
+        (!seen(signals::BODY_ANGLE) || run.path().angle.len() == run.input.time.len())
             && (law.site != Site::Thrust || run.input.propeller_rate.iter().all(|rates| !rates.is_empty()))
     };
     let of = |run: &BodyRun| {
         let value = |point: &Point| expression.value(&numbers, point);
+        let path = run.path();
         let mean =
-            |point: Point, row: usize| if moves { mean(run, point, row, &value) } else { value(&point) };
+            |point: Point, row: usize| if moves { mean(path, point, row, &value) } else { value(&point) };
         let arm = model.body.arm;
         let rows = 0..run.input.time.len();
         let torques: Vec<f64> = match law.site {
@@ -74,14 +75,14 @@ fn held(input: &BodyInput, row: usize) -> Point {
 }
 
 /// The mean of a law over the interval after a row, by Simpson's rule: the body goes straight on between two samples.
-fn mean(run: &BodyRun, held: Point, row: usize, value: &dyn Fn(&Point) -> f64) -> f64 {
+fn mean(path: &BodyPath, held: Point, row: usize, value: &dyn Fn(&Point) -> f64) -> f64 {
     let between = |values: &[f64], share: f64| {
         let now = values.get(row).copied().unwrap_or(0.0);
         let next = values.get(row + 1).copied().unwrap_or(now);
         now + share * (next - now)
     };
     let at = |share: f64| {
-        let (body_angle, body_rate) = (between(&run.start_angle, share), between(&run.start_rate, share));
+        let (body_angle, body_rate) = (between(&path.angle, share), between(&path.rate, share));
         value(&Point { body_angle, body_rate, ..held })
     };
     (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0

@@ -138,7 +138,8 @@ pub(crate) fn likelihood<const N: usize, const M: usize>(
 }
 
 /// One of the states and its standard error at each sample, from all samples; not-a-number where nothing is known.
-pub(crate) fn smoothed<const N: usize, const M: usize>(
+#[cfg(test)]
+fn smoothed<const N: usize, const M: usize>(
     system: &impl LinearSystem<N, M>,
     index: usize,
 ) -> Vec<(f64, f64)> {
@@ -147,7 +148,7 @@ pub(crate) fn smoothed<const N: usize, const M: usize>(
     found
 }
 
-/// The same, told from the last sample on: which one, the state there and its standard error; nothing of samples of which nothing
+/// Tells one of the states and its standard error at each sample, from all samples, from the last sample on: which one, the state there and its standard error; nothing of samples of which nothing
 /// is known. All states of a long record take many times its memory: some are kept, and what follows each of them is computed
 /// again.
 pub(crate) fn smooth<const N: usize, const M: usize>(

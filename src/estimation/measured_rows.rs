@@ -97,6 +97,42 @@ impl Residuals {
         Cow::Owned(whole)
     }
 
+    /// The whole vector minus another one, of the same length.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Vec<f64> {
+        let difference = |one: &[f64], other: &[f64]| -> Vec<f64> {
+            one.iter().zip(other).map(|(one, other)| one - other).collect()
+        };
+        if self.rows != other.rows {
+            return difference(&self.all(), &other.all());
+        }
+        let of_measured = difference(&self.measured, &other.measured);
+        Self::of_measured(of_measured, self.rows.clone()).all().into_owned()
+    }
+
+    /// What stands in these parts of the whole vector, one behind the other, and where each of them stands there.
+    #[must_use]
+    pub fn of_parts(&self, parts: &[Range<usize>]) -> (Vec<f64>, Vec<Range<usize>>) {
+        let mut end = 0;
+        let places = parts.iter().map(|part| {
+            let start = end;
+            end += part.len();
+            start..end
+        });
+        let places: Vec<Range<usize>> = places.collect();
+        let mut joined = vec![0.0; end];
+        for (part, place) in parts.iter().zip(&places) {
+            let (to, Some(rows)) = (&mut joined[place.clone()], &self.rows) else {
+                joined[place.clone()].copy_from_slice(&self.measured[part.clone()]);
+                continue;
+            };
+            let kept = rows.within(part);
+            let pairs = rows.rows[kept.clone()].iter().zip(&self.measured[kept]);
+            pairs.for_each(|(row, value)| to[*row as usize - part.start] = *value);
+        }
+        (joined, places)
+    }
+
     /// The same without rows in which nothing was measured, as far as these are left out; in order.
     #[must_use]
     pub fn measured(&self) -> &[f64] {
@@ -148,7 +184,16 @@ mod tests {
         assert_eq!((found.measured(), found.len()), (&[2.0, 7.0, 12.0, 17.0][..], 20));
         assert_eq!(found.all(), whole);
         assert_eq!((found.part(&(7..20)), found.part(&(8..12))), (&[7.0, 12.0, 17.0][..], &[][..]));
-        assert_eq!(found, whole.into());
+        let whole: Residuals = whole.into();
+        let twice: Residuals = whole.all().iter().map(|value| 2.0 * value).collect::<Vec<f64>>().into();
+        assert_eq!(Residuals::from(twice.minus(&found)), found);
+        assert_eq!(Residuals::of(twice.all().into_owned(), Some(&rows)).minus(&found), *whole.all());
+        for residuals in [&found, &whole] {
+            let (joined, places) = residuals.of_parts(&[11..14, 3..3, 0..8]);
+            assert_eq!(joined, [0.0, 12.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 7.0]);
+            assert_eq!(places, [0..3, 3..3, 3..11]);
+        }
+        assert_eq!(found, whole);
     }
 
     #[test]

@@ -26,15 +26,36 @@ fn differences(values: &[f64], pieces: &[Range<usize>], stride: usize) -> Vec<f6
 /// their median forgets a spike here and there. `pieces` are cut at holes; zeros and what is not a number are missing.
 #[must_use]
 pub fn white_noise(values: &[f64], pieces: &[Range<usize>]) -> f64 {
-    typical(&differences(values, pieces, 1))
+    White::of(differences(values, pieces, 1)).typical
 }
 
-/// The standard deviation of white noise with these third differences, by their median.
-fn typical(differences: &[f64]) -> f64 {
-    let Some(middle) = median(differences.iter().copied()) else { return 0.0 };
-    let middle = middle / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE.sqrt());
-    // Where more than half of them are nothing at all, on a coarse grid, every one of them counts.
-    if middle > 0.0 { middle } else { pooled(differences) }
+/// The standard deviation of white noise with these third differences.
+#[derive(Clone, Copy)]
+struct White {
+    /// By their median.
+    typical: f64,
+    /// By their mean square.
+    altogether: f64,
+}
+
+impl White {
+    /// Uses the differences up: of a long record they are long, and a median sorts them where they are.
+    fn of(differences: Vec<f64>) -> Self {
+        let altogether = pooled(&differences);
+        let Some(middle) = median(differences) else { return Self { typical: 0.0, altogether } };
+        let middle = middle / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE.sqrt());
+        // Where more than half of them are nothing at all, on a coarse grid, every one of them counts.
+        Self { typical: if middle > 0.0 { middle } else { altogether }, altogether }
+    }
+
+    /// Rms of what surely is noise of a reading in steps.
+    fn part(self, step: f64) -> f64 {
+        if is_coarse(self.typical, step) {
+            with_steps(self.typical, self.altogether, step)
+        } else {
+            self.typical
+        }
+    }
 }
 
 /// The same by their mean square: noise that comes and goes counts with its rms.
@@ -81,12 +102,12 @@ impl SensorNoise {
 }
 
 /// What a model leaves of a channel.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Left<'a> {
     /// Measured minus modelled; zeros and what is not a number are missing.
     pub residual: &'a [f64],
-    /// The modelled channel in the same rows, in any unit.
-    pub modelled: &'a [f64],
+    /// The modelled channel in a row in which there is a residual, in any unit. Few of many rows are asked for.
+    pub modelled: &'a dyn Fn(usize) -> f64,
     /// Parts without a hole.
     pub pieces: &'a [Range<usize>],
     /// The step of the reading, in the residual's unit; 0 where it has none.
@@ -98,12 +119,7 @@ pub struct Left<'a> {
 /// Rms of what surely is noise in residuals, in their unit: the white and steady part, with the steps of the reading.
 #[must_use]
 pub fn white_left(residual: &[f64], pieces: &[Range<usize>], step: f64) -> f64 {
-    white_part(&differences(residual, pieces, 1), step)
-}
-
-fn white_part(next: &[f64], step: f64) -> f64 {
-    let white = typical(next);
-    if is_coarse(white, step) { with_steps(white, pooled(next), step) } else { white }
+    White::of(differences(residual, pieces, 1)).part(step)
 }
 
 /// The noise in what a model leaves of a channel. Where all of it can be noise, low-passed or coming and going, it is its rms: seen from
@@ -111,17 +127,15 @@ fn white_part(next: &[f64], step: f64) -> f64 {
 /// have the memory of a few rows, and know nothing of what the model does. Else only the white and steady part surely is noise.
 #[must_use]
 pub fn noise_left(left: &Left) -> SensorNoise {
-    let next = differences(left.residual, left.pieces, 1);
-    let white = white_part(&next, left.step);
-    if is_coarse(typical(&next), left.step) {
+    let next = White::of(differences(left.residual, left.pieces, 1));
+    let white = next.part(left.step);
+    if is_coarse(next.typical, left.step) {
         return SensorNoise::white(white);
     }
-    let altogether = pooled(&next);
-    drop(next);
     let part = part_of(left.pieces);
     let of_part = Left { pieces: &part, ..*left };
     let memory = memory(&of_part);
-    let rms = memory.map_or(0.0, |memory| altogether / visible(memory, 1).sqrt());
+    let rms = memory.map_or(0.0, |memory| next.altogether / visible(memory, 1).sqrt());
     let own = left.pieces.iter().flat_map(|piece| &left.residual[piece.clone()]);
     let all = mean_square(own.copied().filter(is_there)).sqrt();
     let is_all = all <= THRESHOLDS.all_noise * rms.hypot(left.carried);
@@ -192,7 +206,8 @@ const THIRD_DIFFERENCE_SCATTER: f64 = 1.5;
 
 /// Mean square of third differences but for outliers, over the variance of white noise's.
 fn without_outliers(differences: &[f64]) -> f64 {
-    let most = THRESHOLDS.outlying_differences * typical(differences) * THIRD_DIFFERENCE.sqrt();
+    let most =
+        THRESHOLDS.outlying_differences * White::of(differences.to_vec()).typical * THIRD_DIFFERENCE.sqrt();
     mean_square(differences.iter().filter(|size| **size <= most)) / THIRD_DIFFERENCE
 }
 
@@ -203,7 +218,7 @@ fn depends(left: &Left, memory: f64) -> bool {
     let (mut levels, mut changes) = (Vec::new(), Vec::new());
     for piece in left.pieces {
         let pairs = piece.clone().filter(|row| is_there(&left.residual[*row]));
-        let pairs: Vec<(f64, f64)> = pairs.map(|row| (left.residual[row], left.modelled[row])).collect();
+        let pairs: Vec<(f64, f64)> = pairs.map(|row| (left.residual[row], (left.modelled)(row))).collect();
         for pair in pairs.windows(2) {
             let [(before, from), (now, to)] = [pair[0], pair[1]];
             errors.push(now);
@@ -273,7 +288,7 @@ mod tests {
     }
 
     fn left(residual: &[f64], modelled: &[f64]) -> SensorNoise {
-        noise_left(&Left { residual, modelled, pieces: WHOLE, step: 0.0, carried: 0.0 })
+        noise_left(&Left { residual, modelled: &|row| modelled[row], pieces: WHOLE, step: 0.0, carried: 0.0 })
     }
 
     fn rms(values: &[f64]) -> f64 {
@@ -322,8 +337,9 @@ mod tests {
             assert!((found / step - 1.0).abs() < 1e-3, "{step}: {found}");
             let residual: Vec<f64> = read.iter().zip(&truth).map(|(read, truth)| read - truth).collect();
             let rms = deviation(residual.iter().copied());
+            let modelled = |row: usize| truth[row];
             let left =
-                Left { residual: &residual, modelled: &truth, pieces: WHOLE, step: found, carried: 0.0 };
+                Left { residual: &residual, modelled: &modelled, pieces: WHOLE, step: found, carried: 0.0 };
             let floor = noise_left(&left).rms;
             // 10 % over the floor is what counts as something missing. What steps do to a smooth signal changes sign more often
             // than noise would, which third differences take for more, by 14 % here.
@@ -368,10 +384,10 @@ mod tests {
         assert!(part.iter().any(|rows| rows.start < 100_000) && part.iter().any(|rows| rows.end > 1_400_000));
         assert_eq!(part_of(&pieces[1..2]), pieces[1..2], "a short one is taken as it is");
         let values = sized(filtered(&seeded(3, 300_000, 1.0), 3.0), 2.0);
-        let (modelled, whole) = (vec![0.0; values.len()], 0..values.len());
+        let whole = 0..values.len();
         let pieces = std::slice::from_ref(&whole);
         let found =
-            noise_left(&Left { residual: &values, modelled: &modelled, pieces, step: 0.0, carried: 0.0 });
+            noise_left(&Left { residual: &values, modelled: &|_| 0.0, pieces, step: 0.0, carried: 0.0 });
         // 150,000 of the readings, a sixth of them independent, know it to 1 %.
         assert!(found.is_all && (found.rms / 2.0 - 1.0).abs() < 0.03, "{found:?}");
     }

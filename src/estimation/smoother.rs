@@ -3,7 +3,9 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smoothed};
+use super::kalman_smoother::{
+    Belief, LinearSystem, Measurement, Transition, likelihood, smooth as smooth_states,
+};
 use super::noise_floor::SensorNoise;
 use super::thresholds::THRESHOLDS;
 
@@ -18,7 +20,9 @@ pub fn smooth(values: &[f64], noise: &SensorNoise) -> (Vec<f64>, Vec<f64>) {
     }
     let mut noise = example(values.len(), noise);
     copy_missing(&mut noise, values);
-    (level(values, walk), level(&noise, walk))
+    let carried = level(&noise, walk);
+    drop(noise);
+    (level(values, walk), carried)
 }
 
 /// Marks as missing in an example of noise what is missing in the values that it belongs to.
@@ -85,7 +89,9 @@ fn walk(values: &[f64]) -> f64 {
 }
 
 fn level(values: &[f64], walk: f64) -> Vec<f64> {
-    smoothed(&Level { values, walk }, 0).into_iter().map(|(level, _)| level).collect()
+    let mut level = vec![f64::NAN; values.len()];
+    smooth_states(&Level { values, walk }, 0, |sample, state, _| level[sample] = state);
+    level
 }
 
 /// The mean where it is plainly not zero: a mean within its own scatter is noise, and noise would drive what

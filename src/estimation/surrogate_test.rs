@@ -5,6 +5,8 @@ use rand::{RngExt, SeedableRng};
 
 use super::normal_equations::dot;
 use super::quantile::sorted;
+use super::thresholds::THRESHOLDS;
+use crate::threads::spread;
 
 /// What is tried, and what counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +62,13 @@ impl SurrogateTest {
         let room = windows - 2 * near;
         let tried = config.surrogates.min(room);
         let shift = |index: usize| (near + index * room / tried) * period.max(1);
-        let shifted = sorted((0..tried).filter_map(|index| explained(shift(index))));
+        let shifts: Vec<usize> = (0..tried).map(shift).collect();
+        let shifted: Vec<Option<f64>> = if count < THRESHOLDS.parallel_residuals {
+            shifts.into_iter().map(explained).collect()
+        } else {
+            spread(&shifts, |shift| explained(*shift))
+        };
+        let shifted = sorted(shifted.into_iter().flatten());
         let tried = shifted.len();
         // The same sum in another order.
         let as_good = shifted.iter().filter(|explained| **explained >= real * (1.0 - 1e-9)).count();

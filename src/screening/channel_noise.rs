@@ -43,11 +43,11 @@ impl ChannelNoise {
     }
 
     /// The noise in what a model leaves of the channel, in the channel's unit. `residual` is over `unit`, and zero or not a number where
-    /// nothing was measured; `carried` is the rms of what noise of other sensors leaves in it, in the channel's unit.
+    /// nothing was measured, and `modelled` is asked of rows in which something was; `carried` is the rms of what noise of other sensors leaves in it, in the channel's unit.
     #[must_use]
     pub fn in_residual(
         &self,
-        (residual, modelled): (&[f64], &[f64]),
+        (residual, modelled): (&[f64], &dyn Fn(usize) -> f64),
         pieces: &[Range<usize>],
         carried: f64,
         unit: f64,
