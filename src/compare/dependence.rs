@@ -106,13 +106,13 @@ pub(crate) fn relations(log: &Dataset, errors: &[&Related], interval: f64) -> Ve
     let scattered: Vec<ErrorOn> = errors.iter().map(|error| error.scattered()).collect();
     let coloured = spread(&in_time, |error| Coloured::of(error.values, THRESHOLDS.most_lag));
     let [rows, places] = [SharedRows::of(&in_time), SharedRows::of(&scattered)];
-    let names: Vec<&str> = log.names().filter(|name| log.column(name).is_some()).collect();
+    let names: Vec<&str> = log.names().filter(|name| log.has(name)).collect();
     let is_part = errors.iter().any(|error| error.is_part());
     let found = spread(&names, |name| {
-        let Some(values) = log.column(name) else { return Vec::new() };
+        let Some(values) = log.cells(name).map(|cells| cells.for_once()) else { return Vec::new() };
         let mut found: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
-        correlated((name, values), (&in_time, &coloured, &rows), interval, &mut found);
-        depending(log, (name, values), (&scattered, &places), is_part, &mut found);
+        correlated((name, &values), (&in_time, &coloured, &rows), interval, &mut found);
+        depending(log, (name, &values), (&scattered, &places), is_part, &mut found);
         found
     });
     let mut relations: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();

@@ -22,14 +22,13 @@ impl Noise {
     /// fast signal uncovers the noise below it, and where all that it leaves can be noise, coloured noise or bursts count with their rms.
     pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
         let segments = log.segments();
-        let columns: Vec<(&str, &[f64])> =
-            log.names().filter_map(|name| Some((name, log.column(name)?))).collect();
-        let channels = spread(&columns, |(_, values)| {
+        let names: Vec<&str> = log.names().collect();
+        let channels = spread(&names, |name| {
+            let values = log.cells(name)?.for_once();
             let channel = ChannelNoise::of(values.iter().copied());
-            (channel, channel.in_signal(values, &segments))
+            Some(((*name).to_owned(), (channel, channel.in_signal(&values, &segments))))
         });
-        let named = columns.iter().map(|(name, _)| (*name).to_owned());
-        let channels: BTreeMap<String, (ChannelNoise, f64)> = named.zip(channels).collect();
+        let channels: BTreeMap<String, (ChannelNoise, f64)> = channels.into_iter().flatten().collect();
         let shows_noise: Vec<&BlockRun> = runs.iter().flatten().filter(|run| run.shows_noise).collect();
         let left = spread(&shows_noise, |run| left_by(run, log, &channels.get(&run.signal)?.0));
         let of_signal = |(name, (_, alone)): (&String, &(ChannelNoise, f64))| {

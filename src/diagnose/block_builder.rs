@@ -102,7 +102,7 @@ impl Driver<'_> {
             Cow::Borrowed(_) => cells,
         };
         let rate: Cells = driven(rate);
-        let angle = data.cells(columns::BODY_ANGLE).map(driven);
+        let angle = data.cells(columns::BODY_ANGLE).map(|angle| driven(angle.for_once()));
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
         let mut rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
@@ -179,7 +179,7 @@ impl Driver<'_> {
     ) -> Option<Rates> {
         let data = screened.dataset();
         let measured = data.column(columns::PROPELLER_RATES[rotor]);
-        let has_command = data.column(columns::COMMANDS[rotor]).is_some();
+        let has_command = data.has(columns::COMMANDS[rotor]);
         match (measured, fitted, self.split) {
             (Some(measured), Some(fitted), Some(split)) if has_command => {
                 let mut rates = Rates::between(data.time(), measured);
@@ -347,7 +347,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
     }
     let lacking = effect.needs.iter().find_map(|need| {
         let there = |log: &ScreenedLog| {
-            let any = |name: String| log.dataset().column(&name).is_some();
+            let any = |name: String| log.dataset().has(&name);
             if need.contains('*') {
                 (1..=MOST_ROTORS).any(|rotor| any(need.replace('*', &rotor.to_string())))
             } else {

@@ -111,7 +111,7 @@ fn insufficient(why: EffectRefusal) -> Option<Finding> {
 
 /// Whether a log has a body that was not held still.
 fn has_free_body(log: &ScreenedLog) -> bool {
-    log.raw().column(columns::BODY_RATE).is_some() && !log.body().is_some_and(ScreenedBody::is_held)
+    log.raw().has(columns::BODY_RATE) && !log.body().is_some_and(ScreenedBody::is_held)
 }
 
 /// Parameters of the answer's effects that a fit would have taken further than their cards let them: such a number is no measurement.

@@ -171,14 +171,33 @@ impl Dataset {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let (_, values) = self.columns.iter().find(|(column, _)| column == name)?;
-        values.iter().any(|value| value.is_finite()).then_some(&values[..])
+        values.has_any().then_some(&values[..])
+    }
+
+    /// Whether it has a value in this column.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|(column, values)| column == name && values.has_any())
     }
 
     /// The same, shared with who holds it.
     #[must_use]
     pub fn cells(&self, name: &str) -> Option<Cells> {
-        self.column(name)?;
-        self.columns.iter().find(|(column, _)| column == name).map(|(_, cells)| cells.clone())
+        let (_, values) = self.columns.iter().find(|(column, _)| column == name)?;
+        values.has_any().then(|| values.clone())
+    }
+
+    /// Keeps of long columns that are hardly ever measured, and that only this log and its `copy` hold, what was measured.
+    pub(crate) fn keep_few(&mut self, mut copy: Option<&mut Self>) {
+        for (name, cells) in &mut self.columns {
+            let columns = copy.as_mut().and_then(|copy| copy.columns.iter_mut().find(|(it, _)| it == name));
+            let same = columns.map(|(_, it)| it).filter(|it| it.is_same(cells));
+            if cells.keep_few(1 + usize::from(same.is_some()))
+                && let Some(same) = same
+            {
+                same.clone_from(cells);
+            }
+        }
     }
 
     /// [s] time of each sample, shared with who holds it.
@@ -241,7 +260,8 @@ impl Dataset {
     /// The samples of these stretches of rows, one behind the other, as a log of their own: what lies between them is a hole.
     #[must_use]
     pub fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
-        let cut = |values: &[f64]| -> Cells {
+        let cut = |values: &Cells| -> Cells {
+            let values = values.for_once();
             stretches.iter().flat_map(|rows| &values[rows.clone()]).copied().collect()
         };
         let columns = self.columns.iter().map(|(name, values)| (name.clone(), cut(values)));
@@ -296,6 +316,33 @@ mod tests {
         assert_eq!(log.holes(), [Hole { after: 4, start: 5.0, length: 4.0 }]);
         assert_eq!(log.segments(), [0..5, 5..7]);
         assert_eq!(log.slice(5..99).time(), [9.0, 10.0]);
+    }
+
+    /// A long log whose battery is read once in ten rows, and what is left of it when its cells were cleaned.
+    #[test]
+    fn a_log_and_its_copy_keep_the_same_few_cells() {
+        let rows = 0..Cells::LONG;
+        let volts = rows.clone().map(|row| if row % 10 == 3 { 12.0 } else { f64::NAN }).collect();
+        let time = rows.map(|row| 1e-3 * row as f64).collect();
+        let mut log = Dataset::made(time, [("battery_voltage_v", volts)]);
+        log.insert("current_1_a", vec![f64::NAN; Cells::LONG]).expect("as long as time");
+        let whole = log.clone();
+        log.keep_few(None);
+        assert!(log.cells("battery_voltage_v").is_some_and(|it| whole.columns[0].1.is_same(&it)), "held");
+        drop(whole);
+        let mut copy = log.clone();
+        log.keep_few(Some(&mut copy));
+        assert!(log.columns[0].1.is_same(&copy.columns[0].1));
+        assert_eq!(
+            (log.has("battery_voltage_v"), log.has("current_1_a"), log.has("x")),
+            (true, false, false)
+        );
+        assert_eq!(log.column("current_1_a"), None);
+        let part = log.of_rows(&[0..5, 10..14]);
+        assert_eq!(
+            part.column("battery_voltage_v").map(|it| (it.len(), it[3], it[8])),
+            Some((9, 12.0, 12.0))
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::Finding;
 use super::channel::Judgement;
 use super::thresholds::THRESHOLDS;
+use crate::cells::Cells;
 use crate::estimation::quantile::{median_step, sorted};
 use crate::log::dataset::Dataset;
 use crate::log::signals::LOG_SIGNALS;
@@ -37,7 +38,7 @@ pub(crate) struct CheckedColumn<'a> {
     /// Name of the column.
     pub name: &'a str,
     /// Its cells as they were logged.
-    pub values: &'a [f64],
+    pub values: Cells,
     /// What was found in it that is no measurement.
     pub judged: &'a [Judgement],
     /// Rows that hold a value.
@@ -51,7 +52,7 @@ pub(crate) struct CheckedColumn<'a> {
 impl<'a> CheckedColumn<'a> {
     /// The column of this name, of which `judged` was found; `None` where the log has none, or it is empty.
     pub(crate) fn of(log: &'a Dataset, name: &'a str, judged: &'a [Judgement]) -> Option<Self> {
-        let values = log.column(name)?;
+        let values = log.cells(name)?.for_once();
         let present: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
         let time = log.time();
         let interval = median_step(present.iter().map(|row| time[*row])).unwrap_or(0.0);

@@ -82,13 +82,13 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
     if let Some(in_vain) = in_vain {
         return not_used(log, "body_not_seen").because(in_vain.clone());
     }
-    let has = |name: String| log.column(&name).is_some();
+    let has = |name: String| log.has(&name);
     let (command, rate) = (columns::command, columns::propeller_rate);
     let mut numbers = 1..=MOST_ROTORS;
     if !numbers.clone().any(|rotor| has(command(rotor)) && has(rate(rotor))) {
         let without_commands =
             numbers.clone().any(|rotor| has(rate(rotor))) && !numbers.any(|rotor| has(command(rotor)));
-        let empty = log.names().filter(|name| log.column(name).is_none()).map(str::to_owned);
+        let empty = log.names().filter(|name| !log.has(name)).map(str::to_owned);
         return not_used(log, if without_commands { "no_commands" } else { "no_rotor_columns" })
             .with("columns", log.names().map(str::to_owned).collect::<Vec<String>>())
             .with("empty_columns", empty.collect::<Vec<String>>());

@@ -50,7 +50,7 @@ pub fn check_magnitudes(log: &ScreenedLog) -> Result<(), ScreeningError> {
 fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
     let drives =
         |log: &&Dataset| log.names().any(|name| rotor_of(name).is_some() && columns::is_command(name));
-    let lacks = |log: &&Dataset| log.column(columns::BATTERY_VOLTAGE).is_none();
+    let lacks = |log: &&Dataset| !log.has(columns::BATTERY_VOLTAGE);
     let wants = model.actuator.voltage_gain != 0.0 || model.needs(columns::BATTERY_VOLTAGE);
     let without = logs.iter().map(ScreenedLog::dataset).filter(|log| wants && drives(log) && lacks(log));
     without

@@ -118,7 +118,7 @@ impl From<Dataset> for ScreenedLog {
 impl Judged {
     /// A log whose channels and columns are judged; `judge` looks at the battery beside the rotors.
     fn of(
-        raw: Dataset,
+        mut raw: Dataset,
         mut channels: Vec<ScreenedChannel>,
         columns: Vec<Suspicion>,
         judge: impl FnOnce(&CheckedBattery) -> Option<Judgement>,
@@ -161,6 +161,8 @@ impl Judged {
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
+        // What rotors do not hold, hardly anybody asks for once more.
+        raw.keep_few(cleaned.as_mut());
         Self { raw, cleaned, channels, columns, units, of_battery, rotors, thrusts, body, chain }
     }
 }

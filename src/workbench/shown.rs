@@ -19,7 +19,7 @@ pub(super) struct ShownChannel {
 impl ShownChannel {
     /// Those that have a reading.
     pub fn all_of(log: &Dataset) -> Vec<Self> {
-        let names = log.names().filter(|name| log.column(name).is_some());
+        let names = log.names().filter(|name| log.has(name));
         names.map(|name| Self { name: name.to_owned(), chunks: OnceLock::new() }).collect()
     }
 

@@ -16,7 +16,7 @@ pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     let mut ends = piles(&column.sorted);
     if column.name == BATTERY_VOLTAGE && !ends.is_empty() {
         let command = column.log.column(COMMANDS[0]).or(column.log.column(COMMANDS[1]));
-        let found = saturation::find(column.values, command);
+        let found = saturation::find(&column.values, command);
         ends.retain(|end| found.as_ref().is_some_and(|found| found.at.contains(&end.at)));
     }
     let remark = |end: saturation::Saturation| Remark {
