@@ -105,21 +105,16 @@ impl Driver<'_> {
         let angle = data.cells(columns::BODY_ANGLE).map(|angle| driven(angle.for_once()));
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
-        let mut rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
-        let unknown = self.unknown_s(judged);
+        let mut rates: Option<[Option<Rates>; ROTORS]> = by_rotors.then(|| std::array::from_fn(of_rotor));
         // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
-        for (stretch, rows) in judged.stretches().iter().cloned().enumerate() {
+        for rows in judged.stretches().iter().cloned() {
             let time = &data.time()[rows.clone()];
-            let torque = match rates.as_deref() {
+            let is_last = judged.stretches().last() == Some(&rows);
+            let torque = match &mut rates {
                 Some([Some(first), Some(second)]) => {
-                    let own = [first.cut(rows.clone()), second.cut(rows.clone())];
-                    if stretch + 1 == judged.stretches().len() {
-                        // From here on the torque is what is needed.
-                        rates = None;
-                    }
-                    self.torque_of(own, time)
+                    self.torque_of([first.take(&rows, is_last), second.take(&rows, is_last)], time)
                 }
                 Some(_) => return Vec::new(),
                 None => TorqueOver::commanded(&judged.torque()[rows.clone()]),
@@ -134,7 +129,7 @@ impl Driver<'_> {
                 angle: angle.as_ref().map(|angle| angle.part(rows.clone())).unwrap_or_default(),
             };
             let unlogged = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
-            let begin = source.time.first().map_or(0.0, |first| first + unknown.max(unlogged));
+            let begin = source.time.first().map_or(0.0, |first| first + self.unknown_s(judged).max(unlogged));
             runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
         }
         runs.retain(|run| !run.windows.is_empty());
@@ -293,9 +288,16 @@ impl Rates {
         }
     }
 
-    fn cut(&self, rows: Range<usize>) -> Self {
-        let part = |values: &Cells| values.part(rows.clone());
-        Self { at: part(&self.at), mean: part(&self.mean), carried: part(&self.carried) }
+    /// Those of a stretch, of which the last one takes all that is left.
+    fn take(&mut self, rows: &Range<usize>, is_last: bool) -> Self {
+        let take = |values: &mut Cells| {
+            let own = values.part(rows.clone());
+            if is_last {
+                *values = Cells::default();
+            }
+            own
+        };
+        Self { at: take(&mut self.at), mean: take(&mut self.mean), carried: take(&mut self.carried) }
     }
 }
 

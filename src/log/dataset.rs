@@ -187,7 +187,8 @@ impl Dataset {
         values.has_any().then(|| values.clone())
     }
 
-    /// Keeps of long columns that are hardly ever measured, and that only this log and its `copy` hold, what was measured.
+    /// Keeps of long columns that are hardly ever measured, and that only this log and its `copy` hold, what was measured: of a log
+    /// that was judged nobody asks for them often.
     pub(crate) fn keep_few(&mut self, mut copy: Option<&mut Self>) {
         for (name, cells) in &mut self.columns {
             let columns = copy.as_mut().and_then(|copy| copy.columns.iter_mut().find(|(it, _)| it == name));

@@ -146,13 +146,12 @@ impl Judged {
         let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
         let units = units(log, &rotors);
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
-        let found = judge(&CheckedBattery { log, turning: turning.collect() });
-        let of_battery = found.clone();
+        let of_battery = judge(&CheckedBattery { log, turning: turning.collect() });
         let slopes =
             body.as_ref().filter(|it| it.has(RATE_OF_ANGLE)).and_then(|_| rate_of_angle::slopes(log));
         rate_of_angle::put(slopes, &raw, &mut cleaned);
         if let Some((channel, found)) =
-            channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(found)
+            channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(of_battery.clone())
         {
             let is_useless = !found.rows.is_empty();
             channel.judgements.push(found);
@@ -161,7 +160,6 @@ impl Judged {
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
-        // What rotors do not hold, hardly anybody asks for once more.
         raw.keep_few(cleaned.as_mut());
         Self { raw, cleaned, channels, columns, units, of_battery, rotors, thrusts, body, chain }
     }
