@@ -6,10 +6,9 @@ use serde::Serialize;
 use super::Finding;
 use super::channel::Judgement;
 use super::thresholds::THRESHOLDS;
-use crate::cells::Cells;
 use crate::estimation::quantile::{median_step, sorted};
-use crate::log::dataset::Dataset;
 use crate::log::signals::LOG_SIGNALS;
+use crate::log::{Cells, Dataset};
 
 /// A stretch of time in one channel.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
