@@ -194,6 +194,12 @@ impl BenchConfig {
         self.guard.body_rate.frozen_after_s.get_or_insert(0.0);
     }
 
+    /// The emulated bench as it is run: its ESCs have the timeout of those that speak what its bus does, unless the file says one.
+    #[must_use]
+    pub fn emulator(&self) -> EmulatorConfig {
+        self.emulator.clone().completed(self.bus.protocol.esc_timeout_s())
+    }
+
     /// Files named in a bench file are found from where the bench file is.
     fn resolve_paths(&mut self, folder: &Path) {
         let resolve = |file: &mut String| {

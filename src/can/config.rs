@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::dronecan::DronecanConfig;
+use super::dronecan::{DronecanConfig, ESC_TIMEOUT_S};
 use super::field::CommandField;
 use crate::signal::{Channel, Sensor};
 
@@ -17,6 +17,18 @@ pub enum ProtocolName {
     Dbc,
     /// DroneCAN v0.
     Dronecan,
+}
+
+impl ProtocolName {
+    /// [s] without a command after which ESCs that speak it stop their rotors as they come from the maker, where that is much
+    /// the same for all.
+    #[must_use]
+    pub fn esc_timeout_s(self) -> Option<f64> {
+        match self {
+            Self::Dbc => None,
+            Self::Dronecan => Some(ESC_TIMEOUT_S),
+        }
+    }
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

@@ -134,6 +134,7 @@ impl PlantArguments {
         // Who writes down what was run writes every number.
         let hidden = std::mem::take(&mut emulator.hidden);
         emulator.hidden = hidden.into_iter().map(HiddenConfig::completed).collect();
+        config.emulator = config.emulator();
         Ok(())
     }
 }

@@ -38,9 +38,10 @@ pub struct EmulatorConfig {
     pub integration_step_s: f64,
     /// [s] transport delay of commands on their way to the ESCs.
     pub command_delay_s: f64,
-    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do; built in: the guard's built-in
-    /// `hold_s`, as the guide asks of real ones.
-    pub esc_timeout_s: f64,
+    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do; `None` = what ESCs on the bench's
+    /// bus come with, where that is known, else the guard's built-in `hold_s`, as the guide asks of real ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub esc_timeout_s: Option<f64>,
     /// [rad] body angle at the start.
     pub initial_angle: f64,
     /// Somebody holds the body still until a rotor is first commanded, as one does on a bench with a pendulum.
@@ -68,7 +69,7 @@ impl Default for EmulatorConfig {
             seed: 1,
             integration_step_s: 0.0005,
             command_delay_s: 0.0,
-            esc_timeout_s: GuardConfig::default().hold_s,
+            esc_timeout_s: None,
             initial_angle: 0.0,
             hold_until_commanded: true,
             impulse_period_s: 0.0,
@@ -82,16 +83,29 @@ impl Default for EmulatorConfig {
     }
 }
 
+/// [s] the timeout that the guide asks of ESCs: the time for which the guard holds a command, as it is built in.
+fn asked_esc_timeout_s() -> f64 {
+    GuardConfig::default().hold_s
+}
+
 impl EmulatorConfig {
+    /// With every number that the file leaves open; its ESCs stop after `usual_esc_timeout_s` unless it says otherwise.
+    #[must_use]
+    pub fn completed(self, usual_esc_timeout_s: Option<f64>) -> Self {
+        let esc_timeout_s = self.esc_timeout_s.or(usual_esc_timeout_s);
+        Self { esc_timeout_s: Some(esc_timeout_s.unwrap_or_else(asked_esc_timeout_s)), ..self }
+    }
+
     /// Checks the settings and builds the emulated bench.
     ///
     /// # Errors
     /// [`EmulateError`] naming the key that cannot be.
     pub fn build(&self) -> Result<Emulator, EmulateError> {
+        let esc_timeout_s = self.esc_timeout_s.unwrap_or_else(asked_esc_timeout_s);
         let spans = [
             ("integration_step_s", self.integration_step_s, 1e-6, 0.005),
             ("command_delay_s", self.command_delay_s, 0.0, 0.5),
-            ("esc_timeout_s", self.esc_timeout_s, 0.001, 3600.0),
+            ("esc_timeout_s", esc_timeout_s, 0.001, 3600.0),
             ("initial_angle", self.initial_angle, -3.2, 3.2),
             ("impulse_period_s", self.impulse_period_s, 0.0, 1e6),
         ];
@@ -109,7 +123,7 @@ impl EmulatorConfig {
             impulse_period_ns: clock::span_ns(self.impulse_period_s),
             step_ns: clock::span_ns(self.integration_step_s).max(1),
             delay_ns: clock::span_ns(delay),
-            esc_timeout_ns: clock::span_ns(self.esc_timeout_s),
+            esc_timeout_ns: clock::span_ns(esc_timeout_s),
             initial_angle: self.initial_angle,
             hold_until_commanded: self.hold_until_commanded,
             seed: self.seed,

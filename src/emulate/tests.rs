@@ -20,7 +20,7 @@ fn ideal() -> EmulatorConfig {
     config.battery.internal_resistance = 0.0;
     config.battery.capacity_ah = 1e9;
     config.plant.angle_stop = 0.0;
-    config.esc_timeout_s = 3600.0;
+    config.esc_timeout_s = Some(3600.0);
     config.hold_until_commanded = false;
     config
 }
@@ -118,7 +118,7 @@ fn a_command_takes_its_transport_delay() {
 
 #[test]
 fn an_esc_stops_on_its_own_when_nobody_commands() {
-    let config = EmulatorConfig { esc_timeout_s: 0.5, ..ideal() };
+    let config = EmulatorConfig { esc_timeout_s: Some(0.5), ..ideal() };
     assert!(truth(&config, [0.5; 2], 0.5).propeller_rate[0] > 600.0);
     assert!(truth(&config, [0.5; 2], 1.5).propeller_rate[0] < 1.0);
 }

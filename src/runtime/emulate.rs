@@ -34,7 +34,7 @@ pub struct GuardedSummary {
 /// # Errors
 /// [`crate::emulate::EmulateError`] naming the key that cannot be.
 pub fn emulator(config: &BenchConfig) -> Result<Emulator, ProcessError> {
-    let mut settings = config.emulator.clone();
+    let mut settings = config.emulator();
     if config.trigger == StepTrigger::Imu {
         settings.sensors.body_rate.rate_hz = 1.0 / config.period_s;
     }
@@ -112,5 +112,32 @@ fn options(config: &BenchConfig, seconds: Option<f64>) -> EmulationOptions {
     EmulationOptions {
         duration_s: seconds.unwrap_or(f64::INFINITY),
         wakes_control: config.trigger == StepTrigger::Imu,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::ProtocolName;
+
+    /// Whether an emulated ESC still obeys its last command after this long.
+    fn obeys(config: &BenchConfig, after_s: f64) -> bool {
+        let emulator = emulator(config).expect("a bench");
+        let mut state = emulator.start(1);
+        emulator.command(&mut state, [0.4; 2]);
+        emulator.advance(&mut state, clock::span_ns(after_s));
+        state.rotor_commands() == [0.4; 2]
+    }
+
+    #[test]
+    fn escs_on_dronecan_stop_later_than_the_guard_asks_unless_the_file_says_when() {
+        let mut config = BenchConfig::default();
+        assert_eq!([0.09, 0.11].map(|at_s| obeys(&config, at_s)), [true, false]);
+        config.bus.protocol = ProtocolName::Dronecan;
+        assert_eq!([0.09, 0.11, 0.49, 0.51].map(|at_s| obeys(&config, at_s)), [true, true, true, false]);
+        config.guard.hold_s = 2.0;
+        assert!(!obeys(&config, 0.51), "whatever the guard holds: it is the ESC's own");
+        config.emulator.esc_timeout_s = Some(0.2);
+        assert_eq!([0.19, 0.21].map(|at_s| obeys(&config, at_s)), [true, false]);
     }
 }

@@ -278,7 +278,7 @@ fn hold(period_s: f64) {
         // This test is about holding the angle, not about reacting: a busy machine may stop a process for longer
         // than the built-in hold.
         config.guard.hold_s = 0.5;
-        config.emulator.esc_timeout_s = 1.0;
+        config.emulator.esc_timeout_s = Some(1.0);
         config.emulator.impulse =
             vec![rotorbench::emulate::Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 }];
         config.emulator.impulse_period_s = 2.0;

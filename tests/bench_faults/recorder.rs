@@ -18,7 +18,7 @@ fn armed_bench(test: &str, period_s: f64) -> (TestBench, Process, Process, Watch
         config.period_s = period_s;
         // These tests are about recording: a busy machine may hold a process up for longer than the built-in hold.
         config.guard.hold_s = 0.5;
-        config.emulator.esc_timeout_s = 1.0;
+        config.emulator.esc_timeout_s = Some(1.0);
     });
     let emulator = bench.start(&["emulate", "--shm"]);
     let control = bench.start(&["control"]);

@@ -82,7 +82,7 @@ pub fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
         config.guard.hold_s = 0.5;
         config.guard.rotor_maximum = 0.8;
         config.real_time.lock_memory = false;
-        config.emulator.esc_timeout_s = 1.0;
+        config.emulator.esc_timeout_s = Some(1.0);
     })
 }
 

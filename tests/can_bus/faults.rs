@@ -129,7 +129,7 @@ fn play(
 pub fn bench(test: &str, bus: &Bus) -> TestBench {
     TestBench::new(test, |config| {
         config.bus.interface.clone_from(&bus.name);
-        config.emulator.esc_timeout_s = config.guard.hold_s;
+        config.emulator.esc_timeout_s = Some(config.guard.hold_s);
         config.emulator.sensors = config.emulator.sensors.clone().at_rate(200.0);
         // The end of a process that locked 200 MB holds the one emulated processor, and the bridge with it, for 200 ms.
         config.real_time.lock_memory = false;

@@ -65,7 +65,7 @@ fn hold(rate_hz: f64, seconds: f64) {
         // stop everything for longer than the built-in hold.
         config.guard.hold_s = 0.5;
         config.real_time.lock_memory = false;
-        config.emulator.esc_timeout_s = 1.0;
+        config.emulator.esc_timeout_s = Some(1.0);
     });
     let folder = tempfile::tempdir().expect("a folder");
     let log = folder.path().join("bus.log");

@@ -32,7 +32,7 @@ fn bench(test: &str, template: &str, interface: &str) -> TestBench {
         config.guard.hold_s = 0.5;
         config.guard.rotor_maximum = 0.8;
         config.real_time.lock_memory = false;
-        config.emulator.esc_timeout_s = 0.5;
+        config.emulator.esc_timeout_s = Some(0.5);
     })
 }
 

@@ -48,7 +48,7 @@ impl Parts {
     pub fn new(kind: Kind, rate_hz: u32, seed: u64) -> Self {
         let mut config = BenchConfig { period_s: 1.0 / f64::from(rate_hz), ..BenchConfig::default() };
         config.emulator.seed = seed;
-        config.emulator.esc_timeout_s = config.guard.hold_s;
+        config.emulator.esc_timeout_s = Some(config.guard.hold_s);
         config.emulator.impulse = vec![Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.4 }];
         config.guard.speed_check.on = kind.has_speed_check();
         let model = Model::parse(IDENTIFIED, "identified.toml".as_ref()).expect("a model");

@@ -54,6 +54,7 @@ pub use parameter::{
 };
 pub use participant::Participant;
 pub use place::BitPlace;
+pub use store::ESC_TIMEOUT_S;
 pub use transfer::{
     FRAME_BYTES, GREATEST_NODE, Tail, TransferFrames, TransferHeader, TransferId, TransferKind, priority,
 };

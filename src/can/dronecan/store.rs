@@ -3,6 +3,8 @@
 
 /// [byte] of the longest answer.
 pub(super) const MOST_ANSWER: usize = 64;
+/// [s] without a command after which ESCs on DroneCAN usually stop, unless somebody sets them otherwise.
+pub const ESC_TIMEOUT_S: f64 = 0.5;
 /// `ExecuteOpcode`: keep what is set over a restart, and forget what was kept.
 const SAVE: u8 = 0;
 const ERASE: u8 = 1;
@@ -45,7 +47,11 @@ impl Store {
         Self {
             all: [
                 kept("esc_index", index, Some((Number::Integer(0), Number::Integer(19)))),
-                kept("timeout_s", Number::Real(0.5), Some((Number::Real(0.05), Number::Real(5.0)))),
+                kept(
+                    "timeout_s",
+                    Number::Real(ESC_TIMEOUT_S as f32),
+                    Some((Number::Real(0.05), Number::Real(5.0))),
+                ),
                 kept("reversed", Number::Boolean(false), None),
             ],
         }
