@@ -41,6 +41,18 @@ impl BusPort {
         }
     }
 
+    /// Opens it to hear whatever it carries: FD frames, too, where it has them.
+    ///
+    /// # Errors
+    /// See [`BusPort::open`].
+    pub fn open_for_all_frames(interface: &str) -> Result<Self, CanError> {
+        let has_fd = match group(interface)? {
+            Some(_) => true,
+            None => InterfaceStatus::find(interface).ok().flatten().is_some_and(|status| status.fd),
+        };
+        Self::open(interface, has_fd)
+    }
+
     /// Opens it to send frames with such identifiers and no others: see [`Port::open_with_echo_of`]. On multicast the echo is
     /// among the arrivals.
     ///

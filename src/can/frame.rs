@@ -160,6 +160,12 @@ pub fn is_fd_length(length: usize) -> bool {
     length <= 8 || matches!(length, 12 | 16 | 20 | 24 | 32 | 48 | 64)
 }
 
+/// The least length that an FD frame can have from `length` bytes on; 64 at most.
+#[must_use]
+pub fn fd_length(length: usize) -> usize {
+    (length..MAXIMUM_LENGTH).find(|it| is_fd_length(*it)).unwrap_or(MAXIMUM_LENGTH)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -34,7 +34,7 @@ impl PortWire {
     /// # Errors
     /// See [`BusPort::open`].
     pub(super) fn open(interface: &str) -> Result<Self, CanError> {
-        Ok(Self { port: BusPort::open(interface, false)?, interface: interface.to_owned() })
+        Ok(Self { port: BusPort::open_for_all_frames(interface)?, interface: interface.to_owned() })
     }
 }
 

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use rotorbench::can::dronecan::{
-    Assembler, BitPlace, Compound, CompoundBody, Definition, Library, Structure, Subscription,
+    Assembler, BitPlace, Compound, CompoundBody, Definition, Framing, Library, Structure, Subscription,
     TransferFrames, TransferHeader, TransferKind, Type, Value, decode, empty_message, encode,
 };
-use rotorbench::can::{Frame, FrameRefusal, Id};
+use rotorbench::can::{Frame, FrameKind, FrameRefusal, Id};
 use serde_json::Value as Json;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -46,6 +46,7 @@ struct Vector {
     part: String,
     header: TransferHeader,
     transfer_id: u8,
+    framing: Framing,
     given: Value,
     read: Value,
     frames: Vec<Frame>,
@@ -63,13 +64,16 @@ impl Vector {
             "response" => TransferKind::Response { to },
             _ => TransferKind::Message,
         };
+        let is_fd = json["fd"] == true;
+        let fd = FrameKind::Fd { bit_rate_switch: true, error_state: false };
+        let kind_of_frame = if is_fd { fd } else { FrameKind::Classic };
         let frame = |frame: &Json| {
             let text = |index: usize| frame[index].as_str().expect("text");
             let id = u32::from_str_radix(text(0), 16).expect("an identifier");
             let bytes: Vec<u8> = (0..text(1).len() / 2)
                 .map(|at| u8::from_str_radix(&text(1)[2 * at..2 * at + 2], 16).expect("a byte"))
                 .collect();
-            Frame::classic(Id::Extended(id), &bytes).expect("short")
+            Frame::new(Id::Extended(id), kind_of_frame, &bytes).expect("a length that there is")
         };
         let structure = part(compound, &name);
         Self {
@@ -81,6 +85,7 @@ impl Vector {
                 discriminator: number("discriminator") as u16,
             },
             transfer_id: number("transfer_id") as u8,
+            framing: Framing::of_bus(is_fd),
             given: message(structure, &json["given"]),
             read: message(structure, &json["read"]),
             frames: json["frames"].as_array().expect("frames").iter().map(frame).collect(),
@@ -160,15 +165,17 @@ fn vectors() -> Vec<Vector> {
 #[test]
 fn agrees_with_the_reference_bit_for_bit_both_ways() {
     let vectors = vectors();
-    let mut types: Vec<(&str, &str)> = Vec::new();
+    let mut types: Vec<(&str, &str, bool)> = Vec::new();
     for vector in &vectors {
-        let Vector { compound, header, .. } = vector;
-        let name = (compound.name.as_str(), vector.part.as_str());
+        let Vector { compound, header, framing, .. } = vector;
+        let name = (compound.name.as_str(), vector.part.as_str(), *framing == Framing::Fd);
         let structure = part(compound, &vector.part);
         let subscription = vector.subscription();
-        let payload = encode(structure, &vector.given).expect("of this type");
+        let payload = encode(structure, &vector.given, *framing).expect("of this type");
         let frames: Vec<Frame> =
-            TransferFrames::new(*header, subscription.seed, vector.transfer_id, &payload).collect();
+            TransferFrames::new(*header, subscription.seed, vector.transfer_id, &payload)
+                .framed(*framing)
+                .collect();
         assert!(frames == vector.frames, "{name:?}: {:?}\n{frames:x?}\n{:x?}", vector.given, vector.frames);
         let mut assembler = Assembler::new(vec![subscription]);
         let (last, before) = vector.frames.split_last().expect("one at least");
@@ -178,14 +185,16 @@ fn agrees_with_the_reference_bit_for_bit_both_ways() {
         let transfer = assembler.receive(last, MS).expect("sound").expect("whole");
         // Of a message by nobody the identifier holds two bits of the type.
         assert_eq!((transfer.header, transfer.transfer_id), (*header, vector.transfer_id), "{name:?}");
-        let read = decode(structure, transfer.payload).expect("sound");
+        assert_eq!(transfer.framing, *framing, "{name:?}");
+        let read = decode(structure, transfer.payload, transfer.framing).expect("sound");
         assert!(same(&read, &vector.read), "{name:?}: {read:?}, not {:?}", vector.read);
         types.push(name);
     }
     types.sort_unstable();
     types.dedup();
-    println!("{} transfers of {} types", vectors.len(), types.len());
-    assert!(vectors.len() >= 300 && types.len() >= 12, "the vectors were there");
+    println!("{} transfers of {} types and kinds of frames", vectors.len(), types.len());
+    let fd = types.iter().filter(|it| it.2).count();
+    assert!(vectors.len() >= 600 && types.len() - fd >= 12 && fd >= 12, "the vectors were there");
 }
 
 /// One place of a message, read as a cycle does, holds what the whole message says.
@@ -194,27 +203,28 @@ fn a_place_holds_what_the_message_says() {
     let mut count = 0;
     for vector in vectors().iter().filter(|it| it.compound.name == "uavcan.equipment.esc.Status") {
         let message = part(vector.compound, "message");
-        let payload = encode(message, &vector.given).expect("of this type");
+        let framing = vector.framing;
+        let payload = encode(message, &vector.given, framing).expect("of this type");
         let (Value::List(read), Value::List(given)) = (&vector.read, &vector.given) else { panic!("a list") };
         let mut written = vec![0; payload.len()];
         for (field, (read, given)) in message.fields.iter().zip(read.iter().zip(given)) {
             let place = BitPlace::find(message, &field.name).expect("fixed");
-            let found = place.read(&payload).expect("there");
+            let found = place.read(&payload, framing).expect("there");
             match read {
                 Value::Integer(integer) => assert_eq!(found, *integer as f64, "{}", field.name),
                 Value::Float(float) => assert!(same(&Value::Float(found), &Value::Float(*float))),
                 _ => panic!("a number"),
             }
             match given {
-                Value::Integer(integer) => place.write(&mut written, *integer as f64),
-                Value::Float(float) => place.write(&mut written, *float),
+                Value::Integer(integer) => place.write(&mut written, framing, *integer as f64),
+                Value::Float(float) => place.write(&mut written, framing, *float),
                 _ => panic!("a number"),
             }
         }
         assert_eq!(written, payload);
         count += 1;
     }
-    assert!(count >= 20);
+    assert!(count >= 40);
 }
 
 fn of_type(name: &str) -> &'static Compound {
@@ -235,7 +245,7 @@ fn status(source: u8, transfer_id: u8, rpm: i128) -> Vec<Frame> {
     let message = of_type("uavcan.equipment.esc.Status").message().expect("a message");
     let Value::List(mut values) = empty_message(message, 0.0) else { panic!("a structure") };
     values[4] = Value::Integer(rpm);
-    let payload = encode(message, &Value::List(values)).expect("of this type");
+    let payload = encode(message, &Value::List(values), Framing::Classic).expect("of this type");
     let header = TransferHeader::message(16, 1034, source);
     TransferFrames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
@@ -247,7 +257,9 @@ fn rpm(
 ) -> Result<Option<(u8, f64, u64)>, FrameRefusal> {
     let place = BitPlace::find(of_type("uavcan.equipment.esc.Status").message().expect("it is"), "rpm");
     let transfer = assembler.receive(frame, now_ns)?;
-    Ok(transfer.map(|it| (it.header.source, place.expect("there").read(it.payload).expect("whole"), it.lost)))
+    Ok(transfer.map(|it| {
+        (it.header.source, place.expect("there").read(it.payload, it.framing).expect("whole"), it.lost)
+    }))
 }
 
 /// What `frames` give, one each millisecond.

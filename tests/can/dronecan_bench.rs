@@ -1,8 +1,8 @@
 //! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
 
 use rotorbench::can::dronecan::{
-    CommandKind, DsdlConfig, Library, NodeId, Subscription, TransferFrames, TransferHeader, TransferKind,
-    encode,
+    CommandKind, DsdlConfig, Framing, Library, NodeId, Subscription, TransferFrames, TransferHeader,
+    TransferKind, encode,
 };
 use rotorbench::can::dronecan::{CompoundBody, NodeMonitor, Participant, Value, decode, empty_message};
 use rotorbench::can::{
@@ -58,7 +58,7 @@ pub fn transfer(name: &str, kind: TransferKind, source: u8, transfer_id: u8, val
     };
     let type_id = compound.id.expect("sent");
     let subscription = Subscription::new(type_id, kind, compound.signature, structure.most_bits());
-    let payload = encode(structure, value).expect("of this type");
+    let payload = encode(structure, value, Framing::Classic).expect("of this type");
     let header = TransferHeader { priority: 16, type_id, source, kind, discriminator: 0 };
     TransferFrames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
@@ -214,7 +214,7 @@ fn who_asks_what_a_node_is_is_told_in_a_few_frames_a_period() {
     for frame in &answer {
         if let Some(transfer) = assembler.receive(frame, S).expect("sound") {
             assert_eq!((transfer.header.source, transfer.transfer_id), (100, 5));
-            whole = Some(decode(response, transfer.payload).expect("an answer"));
+            whole = Some(decode(response, transfer.payload, transfer.framing).expect("an answer"));
         }
     }
     let Some(Value::List(fields)) = whole else { panic!("no answer") };

@@ -27,7 +27,6 @@ fn a_table_that_cannot_be_is_refused_with_its_place() {
     };
     type Change<'a> = &'a dyn Fn(&mut BusConfig);
     let cases: &[(Change<'_>, &str)] = &[
-        (&|it| it.fd = true, "bus.fd: "),
         (
             &|it| it.database = vec![DatabaseConfig { file: "vesc".to_owned(), node_mask: None }],
             "bus.database: ",

@@ -17,15 +17,17 @@ use crate::bus::{Bus, run as run_program};
 use crate::processes::{TestBench, late, say, up_to_six_times};
 
 /// What the reference sees until it is asked to end: each node's health, mode and name; transfers by type; what arming said; the
-/// greatest raw command and speed.
+/// greatest raw command and speed, and how many transfers came in FD frames. With a second argument it speaks in FD frames itself.
 const READ_ALONG: &str = r##"
 import json, signal, sys, dronecan
 from dronecan.app.node_monitor import NodeMonitor
 node = dronecan.make_node(sys.argv[1], node_id=126, bitrate=1000000)
-monitor, seen = NodeMonitor(node), dict(counts={}, arming=[], raw=0, rpm=0, voltage=0, foreign=0)
+node.set_canfd(len(sys.argv) > 2)
+monitor, seen = NodeMonitor(node), dict(counts={}, arming=[], raw=0, rpm=0, voltage=0, foreign=0, fd=0)
 def handler(event):
     name = dronecan.get_dronecan_data_type(event.message).full_name
     seen["counts"][name] = seen["counts"].get(name, 0) + 1
+    seen["fd"] += event.transfer.canfd
     if name.endswith("ArmingStatus") and event.message.status not in seen["arming"]: seen["arming"].append(event.message.status)
     if name.endswith("RawCommand"):
         seen["raw"] = max([seen["raw"], *event.message.cmd])
@@ -69,6 +71,11 @@ pub fn python() -> PathBuf {
 
 /// The bench of `examples/benches/dronecan.toml` on a bus of the test's own.
 pub fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
+    bench_in_frames(test, bus, rate_hz, false)
+}
+
+/// The same, in FD frames or not.
+fn bench_in_frames(test: &str, bus: &Bus, rate_hz: f64, fd: bool) -> TestBench {
     let template = include_str!("../../examples/benches/dronecan.toml");
     TestBench::new(test, |config| {
         let name = std::mem::take(&mut config.name);
@@ -76,6 +83,7 @@ pub fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
         config.name = name;
         config.period_s = 1.0 / rate_hz;
         config.bus.interface.clone_from(&bus.name);
+        config.bus.fd = fd;
         config.emulator.impulse = vec![Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 }];
         config.emulator.impulse_period_s = 4.0;
         // See `three_processes`: on one emulated processor, starting a program may stop everything for that long.
@@ -91,16 +99,23 @@ fn the_loop_runs_and_the_reference_sees_every_node_healthy() {
     let soak: Option<f64> = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok());
     let rates: &[f64] = if soak.is_some() { &[50.0, 200.0] } else { &[50.0] };
     for &rate_hz in rates {
-        up_to_six_times(|| run_loop(rate_hz, soak.unwrap_or(6.0)));
+        up_to_six_times(|| run_loop(rate_hz, soak.unwrap_or(6.0), false));
     }
 }
 
-fn run_loop(rate_hz: f64, seconds: f64) {
+/// The same in CAN FD frames, which the reference reads and sends.
+#[test]
+fn the_loop_runs_in_fd_frames_and_the_reference_sees_every_node_healthy() {
+    up_to_six_times(|| run_loop(50.0, 6.0, true));
+}
+
+fn run_loop(rate_hz: f64, seconds: f64, fd: bool) {
     let bus = Bus::new();
-    let bench = bench("dronecan", &bus, rate_hz);
+    let bench = bench_in_frames("dronecan", &bus, rate_hz, fd);
     // Before the flight: while Python starts, one emulated processor does nothing else.
     let reader = Command::new(python())
         .args(["-c", READ_ALONG, &bus.name])
+        .args(fd.then_some("fd"))
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn();
@@ -140,7 +155,7 @@ fn run_loop(rate_hz: f64, seconds: f64) {
         assert!(process.wait().success());
     }
     let seen: serde_json::Value = serde_json::from_str(&seen).expect("JSON of the reference");
-    say(&format!("DroneCAN at {rate_hz} Hz, as the reference sees it: {seen}"));
+    say(&format!("DroneCAN at {rate_hz} Hz (FD: {fd}), as the reference sees it: {seen}"));
     let nodes = seen["nodes"].as_object().expect("nodes");
     let names =
         [("100", "bridge"), ("20", "emulated"), ("21", "emulated"), ("30", "emulated"), ("31", "emulated")];
@@ -168,6 +183,8 @@ fn run_loop(rate_hz: f64, seconds: f64) {
         }
     }
     assert_eq!(seen["foreign"], 0);
+    let all: u64 = seen["counts"].as_object().expect("counts").values().filter_map(|it| it.as_u64()).sum();
+    assert_eq!(seen["fd"].as_u64(), Some(if fd { all } else { 0 }), "{seen}");
     let arming: Vec<u64> =
         seen["arming"].as_array().expect("a list").iter().filter_map(|it| it.as_u64()).collect();
     assert!(arming.contains(&255) && arming.iter().all(|it| [0, 255].contains(it)), "{seen}");

@@ -200,7 +200,7 @@ fn a_bench_flies_in_fd_frames() {
             while !flight.is_finished() {
                 let _ = port.receive(|arrival| {
                     if let Arrival::Frame { frame, .. } = arrival {
-                        let is_fd = matches!(frame.kind(), FrameKind::Fd { .. });
+                        let is_fd = matches!(frame.kind(), FrameKind::Fd { bit_rate_switch: true, .. });
                         *lengths.entry((frame.id().number(), is_fd, frame.length())).or_insert(0) += 1;
                     }
                 });

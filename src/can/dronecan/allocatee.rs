@@ -3,7 +3,7 @@
 use crate::can::error::CanError;
 use crate::can::frame::Frame;
 
-use super::allocation::{AllocationMessage, PART, UNIQUE, UniqueId, subscription};
+use super::allocation::{AllocationMessage, LONGEST, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
 use super::participant::Participant;
@@ -109,7 +109,8 @@ impl Participant for Allocatee {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let source = transfer.header.source;
-        let Some(message) = AllocationMessage::parse(transfer.payload) else { return };
+        let mut room = [0; LONGEST];
+        let Some(message) = AllocationMessage::of_transfer(&transfer, &mut room) else { return };
         let (node_id, heard) = (message.node_id, message.unique_id.len());
         let is_ours = source != 0 && self.unique_id.0.starts_with(message.unique_id);
         // Whatever is said interrupts what was to follow (rules C and D).

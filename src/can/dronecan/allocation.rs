@@ -8,15 +8,18 @@ use std::fmt;
 use crate::can::error::CanError;
 use crate::can::resolve::fail;
 
-use super::assembler::Subscription;
+use super::assembler::{Subscription, Transfer};
+use super::bits;
 use super::library::Library;
-use super::transfer::TransferKind;
+use super::transfer::{Framing, TransferKind};
 
 /// Name of the message.
 const NAME: &str = "uavcan.protocol.dynamic_node_id.Allocation";
 /// [byte] of a unique id, and of what a node without an id says of it at once: a frame holds no more.
 pub(super) const UNIQUE: usize = 16;
 pub(super) const PART: usize = 6;
+/// [bit] of the count of these bytes, in FD frames.
+const COUNT_BITS: u32 = 5;
 /// [byte] of the longest message.
 pub(super) const LONGEST: usize = 1 + UNIQUE;
 
@@ -63,7 +66,23 @@ impl<'a> AllocationMessage<'a> {
         (unique_id.len() <= UNIQUE).then_some(Self { node_id, is_first_part, unique_id })
     }
 
-    /// Its payload.
+    /// The same of a payload in such frames; bytes of FD frames are moved into `room`.
+    pub fn of_transfer(transfer: &Transfer<'a>, room: &'a mut [u8; LONGEST]) -> Option<Self> {
+        if transfer.framing == Framing::Classic {
+            return Self::parse(transfer.payload);
+        }
+        let count = bits::read(transfer.payload, 8, COUNT_BITS)? as usize;
+        let message = room.get_mut(..=count)?;
+        let (first, bytes) = message.split_first_mut()?;
+        *first = *transfer.payload.first()?;
+        for (index, place) in bytes.iter_mut().enumerate() {
+            *place = bits::read(transfer.payload, 8 + COUNT_BITS as usize + 8 * index, 8)? as u8;
+        }
+        Self::parse(message)
+    }
+
+    /// Its payload, in classical frames, whatever the bus carries: as flight controllers have it, and libcanard, which sends no
+    /// more than seven bytes without a node id.
     pub fn emit(&self) -> Vec<u8> {
         let mut payload = Vec::with_capacity(LONGEST);
         payload.push(self.node_id << 1 | u8::from(self.is_first_part));
@@ -83,6 +102,7 @@ pub(super) fn subscription(library: &Library) -> Result<Subscription, CanError> 
 #[cfg(test)]
 mod tests {
     use super::super::dsdl::Structure;
+    use super::super::transfer::TransferHeader;
     use super::super::value::{Value, decode, encode};
     use super::*;
 
@@ -102,9 +122,19 @@ mod tests {
                 Value::Integer(i128::from(is_first_part)),
                 Value::List(unique),
             ]);
-            assert_eq!(message.emit(), encode(structure, &value).expect("of this type"));
-            assert_eq!(decode(structure, &message.emit()), Ok(value));
+            assert_eq!(message.emit(), encode(structure, &value, Framing::Classic).expect("of this type"));
+            assert_eq!(decode(structure, &message.emit(), Framing::Classic), Ok(value.clone()));
             assert_eq!(AllocationMessage::parse(&message.emit()), Some(message));
+            let fd = encode(structure, &value, Framing::Fd).expect("of this type");
+            let header = TransferHeader::message(24, 1, 0);
+            for (framing, payload) in [(Framing::Classic, message.emit()), (Framing::Fd, fd)] {
+                let (transfer_id, stamp_ns, lost, subscription) = (0, 0, 0, 0);
+                let payload = &payload[..];
+                let transfer =
+                    Transfer { subscription, header, framing, transfer_id, stamp_ns, lost, payload };
+                let mut room = [0; LONGEST];
+                assert_eq!(AllocationMessage::of_transfer(&transfer, &mut room), Some(message));
+            }
         }
         assert_eq!(AllocationMessage::parse(&[]), None);
         assert_eq!(AllocationMessage::parse(&[0; 18]), None);

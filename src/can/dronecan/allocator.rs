@@ -8,7 +8,7 @@ use crate::can::frame::Frame;
 use crate::can::resolve::fail;
 use crate::can::thresholds::THRESHOLDS;
 
-use super::allocation::{AllocationMessage, PART, UNIQUE, UniqueId, subscription};
+use super::allocation::{AllocationMessage, LONGEST, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
 use super::node_monitor::NodeMonitor;
@@ -221,13 +221,13 @@ impl Participant for NodeIdAllocator<'_> {
         if self.other.is_some() {
             return;
         }
-        let mut room = [0; super::transfer::FRAME_BYTES];
-        let length = transfer.payload.len();
-        let Some(payload) = room.get_mut(..length) else { return };
-        payload.copy_from_slice(transfer.payload);
-        if let Some(message) = AllocationMessage::parse(payload) {
-            self.ask(message, now_ns);
-        }
+        let mut room = [0; LONGEST];
+        let Some(message) = AllocationMessage::of_transfer(&transfer, &mut room) else { return };
+        let mut part = [0; UNIQUE];
+        let Some(unique_id) = part.get_mut(..message.unique_id.len()) else { return };
+        unique_id.copy_from_slice(message.unique_id);
+        let AllocationMessage { node_id, is_first_part, .. } = message;
+        self.ask(AllocationMessage { node_id, is_first_part, unique_id }, now_ns);
     }
 
     fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {

@@ -8,7 +8,9 @@ use crate::can::route::FrameRefusal;
 use crate::can::thresholds::THRESHOLDS;
 
 use super::crc;
-use super::transfer::{FRAME_BYTES, GREATEST_NODE, Tail, TransferHeader, TransferKind};
+use super::transfer::{
+    FD_FRAME_BYTES, FRAME_BYTES, Framing, GREATEST_NODE, Tail, TransferHeader, TransferKind,
+};
 
 /// Places for senders: the node ids, 0 among them.
 const SENDERS: usize = GREATEST_NODE as usize + 1;
@@ -24,7 +26,7 @@ pub struct Subscription {
     pub kind: TransferKind,
     /// What the checksum begins with.
     pub seed: u16,
-    /// [byte] greatest length of a payload.
+    /// [byte] greatest length of a payload, zeros at the end of FD frames aside.
     pub most: usize,
 }
 
@@ -33,6 +35,20 @@ impl Subscription {
     #[must_use]
     pub fn new(type_id: u16, kind: TransferKind, signature: u64, most_bits: usize) -> Self {
         Self { type_id, kind, seed: crc::transfer_seed(signature), most: most_bits.div_ceil(8) }
+    }
+
+    /// [byte] that the frames of a transfer of several have together at most, their tail bytes aside.
+    #[inline]
+    fn room(&self, framing: Framing) -> usize {
+        match framing {
+            Framing::Classic => self.most + 2,
+            Framing::Fd => framing.sent_bytes(self.most),
+        }
+    }
+
+    /// [byte] of the place for one sender.
+    fn stride(&self) -> usize {
+        self.room(Framing::Classic).max(self.room(Framing::Fd))
     }
 }
 
@@ -43,13 +59,15 @@ pub struct Transfer<'a> {
     pub subscription: usize,
     /// What its identifier says.
     pub header: TransferHeader,
+    /// In which frames it came, and how it is to be read.
+    pub framing: Framing,
     /// Its number.
     pub transfer_id: u8,
     /// [ns] when its first frame came.
     pub stamp_ns: u64,
     /// Transfers missing before it, by its number.
     pub lost: u64,
-    /// What it carries.
+    /// What it carries; from FD frames with the zeros at its end.
     pub payload: &'a [u8],
 }
 
@@ -64,6 +82,7 @@ struct Session {
 
 #[derive(Debug, Clone, Copy)]
 struct Current {
+    framing: Framing,
     transfer_id: u8,
     toggle: bool,
     /// Bytes so far, the checksum's two included.
@@ -83,7 +102,7 @@ pub struct Assembler {
     /// Room for the payloads of each subscription, one for each sender.
     rooms: Vec<Vec<u8>>,
     /// The payload of the last transfer of one frame.
-    short: [u8; FRAME_BYTES],
+    short: [u8; FD_FRAME_BYTES],
 }
 
 impl Assembler {
@@ -94,14 +113,14 @@ impl Assembler {
         let mut index: Vec<_> = each.map(|(at, it)| (it.kind, it.type_id, at)).collect();
         index.sort_unstable();
         let room = |it: &Subscription| {
-            if it.most > FRAME_BYTES { vec![0; SENDERS * (it.most + 2)] } else { Vec::new() }
+            if it.most > FRAME_BYTES { vec![0; SENDERS * it.stride()] } else { Vec::new() }
         };
         Self {
             sessions: vec![Session::default(); SENDERS * subscriptions.len()],
             rooms: subscriptions.iter().map(room).collect(),
             index,
             subscriptions,
-            short: [0; FRAME_BYTES],
+            short: [0; FD_FRAME_BYTES],
         }
     }
 
@@ -132,16 +151,23 @@ impl Assembler {
     pub fn receive(&mut self, frame: &Frame, stamp_ns: u64) -> Result<Option<Transfer<'_>>, FrameRefusal> {
         let (subscription, header) = self.find(frame).ok_or(FrameRefusal::UnknownId)?;
         let [data @ .., tail] = frame.data() else { return Err(FrameRefusal::WrongLength) };
-        let tail = Tail::parse(*tail);
-        if data.len() > FRAME_BYTES {
+        let (tail, framing) = (Tail::parse(*tail), Framing::of(frame));
+        let most = match framing {
+            Framing::Classic => FRAME_BYTES,
+            // Longer than any message of the type.
+            Framing::Fd => {
+                self.subscriptions.get(subscription).map_or(0, |it| it.room(framing)).max(FRAME_BYTES)
+            }
+        };
+        if data.len() > most {
             return Err(FrameRefusal::WrongLength);
         }
         let session = SENDERS * subscription + usize::from(header.source);
         if header.source == 0 {
-            return self.anonymous(subscription, header, tail, data, stamp_ns);
+            return self.anonymous((subscription, header, tail, framing), data, stamp_ns);
         }
         let session = self.sessions.get_mut(session).ok_or(FrameRefusal::UnknownId)?;
-        let lost = if tail.start { session.begin(tail, stamp_ns)? } else { 0 };
+        let lost = if tail.start { session.begin(tail, framing, stamp_ns)? } else { 0 };
         if tail.start && tail.end {
             if tail.toggle {
                 return Err(FrameRefusal::Toggle);
@@ -150,21 +176,27 @@ impl Assembler {
             self.short[..data.len()].copy_from_slice(data);
             let payload = self.short.get(..data.len()).unwrap_or(&[]);
             let transfer_id = tail.transfer_id;
-            return Ok(Some(Transfer { subscription, header, transfer_id, stamp_ns, lost, payload }));
+            return Ok(Some(Transfer {
+                subscription,
+                header,
+                framing,
+                transfer_id,
+                stamp_ns,
+                lost,
+                payload,
+            }));
         }
-        self.go_on(subscription, header, tail, data, stamp_ns)
+        self.go_on((subscription, header, tail, framing), data, stamp_ns)
     }
 
     /// The next frame of a transfer of several.
     fn go_on(
         &mut self,
-        subscription: usize,
-        header: TransferHeader,
-        tail: Tail,
+        (subscription, header, tail, framing): (usize, TransferHeader, Tail, Framing),
         data: &[u8],
         stamp_ns: u64,
     ) -> Result<Option<Transfer<'_>>, FrameRefusal> {
-        let (Some(Subscription { seed, most, .. }), Some(rooms)) =
+        let (Some(of), Some(rooms)) =
             (self.subscriptions.get(subscription).copied(), self.rooms.get_mut(subscription))
         else {
             return Err(FrameRefusal::UnknownId);
@@ -172,8 +204,9 @@ impl Assembler {
         let sender = usize::from(header.source);
         let session =
             self.sessions.get_mut(SENDERS * subscription + sender).ok_or(FrameRefusal::UnknownId)?;
-        let current = session.part(tail, stamp_ns)?;
-        let room = rooms.get_mut(sender * (most + 2)..(sender + 1) * (most + 2)).unwrap_or(&mut []);
+        let current = session.part(tail, framing, stamp_ns)?;
+        let begin = sender * of.stride();
+        let room = rooms.get_mut(begin..begin + of.room(framing)).unwrap_or(&mut []);
         let end = current.length + data.len();
         let Some(place) = room.get_mut(current.length..end) else {
             session.current = None;
@@ -185,7 +218,7 @@ impl Assembler {
         current.newest_ns = stamp_ns;
         // Only the last frame may have room left: else the parts would not be where they belong.
         if !tail.end {
-            if data.len() < FRAME_BYTES {
+            if data.len() < framing.frame_bytes() {
                 session.current = None;
                 return Err(FrameRefusal::WrongLength);
             }
@@ -196,19 +229,17 @@ impl Assembler {
         let Some(([low, high], payload)) = room.get(..length).and_then(|all| all.split_first_chunk()) else {
             return Err(FrameRefusal::WrongLength);
         };
-        if crc::transfer_crc(seed, payload) != u16::from_le_bytes([*low, *high]) {
+        if crc::transfer_crc(of.seed, payload) != u16::from_le_bytes([*low, *high]) {
             return Err(FrameRefusal::Checksum);
         }
         session.last = Some((transfer_id, stamp_ns));
-        Ok(Some(Transfer { subscription, header, transfer_id, stamp_ns: first_ns, lost, payload }))
+        Ok(Some(Transfer { subscription, header, framing, transfer_id, stamp_ns: first_ns, lost, payload }))
     }
 
     /// A transfer of a node without an id: always one frame, and no two belong together.
     fn anonymous(
         &mut self,
-        subscription: usize,
-        header: TransferHeader,
-        tail: Tail,
+        (subscription, header, tail, framing): (usize, TransferHeader, Tail, Framing),
         data: &[u8],
         stamp_ns: u64,
     ) -> Result<Option<Transfer<'_>>, FrameRefusal> {
@@ -221,7 +252,7 @@ impl Assembler {
         self.short[..data.len()].copy_from_slice(data);
         let payload = self.short.get(..data.len()).unwrap_or(&[]);
         let transfer_id = tail.transfer_id;
-        Ok(Some(Transfer { subscription, header, transfer_id, stamp_ns, lost: 0, payload }))
+        Ok(Some(Transfer { subscription, header, framing, transfer_id, stamp_ns, lost: 0, payload }))
     }
 }
 
@@ -229,7 +260,7 @@ impl Session {
     /// A transfer begins: transfers missing before it. One that was under way is given up; one that was whole already is
     /// refused, as a controller may send a frame twice.
     #[inline]
-    fn begin(&mut self, tail: Tail, stamp_ns: u64) -> Result<u64, FrameRefusal> {
+    fn begin(&mut self, tail: Tail, framing: Framing, stamp_ns: u64) -> Result<u64, FrameRefusal> {
         self.current = None;
         let fresh = self
             .last
@@ -248,6 +279,7 @@ impl Session {
                 return Err(FrameRefusal::Toggle);
             }
             self.current = Some(Current {
+                framing,
                 transfer_id: tail.transfer_id,
                 toggle: false,
                 length: 0,
@@ -262,10 +294,10 @@ impl Session {
     /// The transfer under way that a frame goes on with. A frame that was sent twice has the wrong toggle and is left out; what
     /// belongs to no transfer is the rest of one whose beginning was not seen.
     #[inline]
-    fn part(&mut self, tail: Tail, stamp_ns: u64) -> Result<&mut Current, FrameRefusal> {
+    fn part(&mut self, tail: Tail, framing: Framing, stamp_ns: u64) -> Result<&mut Current, FrameRefusal> {
         let current = self.current.as_mut().ok_or(FrameRefusal::Incomplete)?;
         let is_late = stamp_ns.saturating_sub(current.newest_ns) > THRESHOLDS.transfer_under_way_ns;
-        if is_late || current.transfer_id != tail.transfer_id {
+        if is_late || (current.transfer_id, current.framing) != (tail.transfer_id, framing) {
             self.current = None;
             return Err(FrameRefusal::Incomplete);
         }

@@ -74,13 +74,13 @@ impl DronecanBenchEnd {
             for ((node, esc), bounds) in received.senders() {
                 let id = node.unwrap_or_else(|| free_id(bus, at, esc));
                 let place = nodes.iter().position(|known| known.id == id).unwrap_or_else(|| {
-                    nodes.push(Node::new(&bus.common, id, NAME));
+                    nodes.push(Node::new(&bus.common, id, NAME).framed(bus.framing));
                     stores.push(esc.map(Store::of_esc));
                     nodes.len() - 1
                 });
-                let mut payload = received.empty_payload();
+                let mut payload = received.empty_payload(bus.framing);
                 if let Some((index, esc)) = bounds.first().and_then(|bound| bound.esc) {
-                    index.write(&mut payload, f64::from(esc));
+                    index.write(&mut payload, bus.framing, f64::from(esc));
                 }
                 let period_ns = clock::span_ns(received.period_s).max(50_000);
                 messages.push(Sent {
@@ -152,10 +152,10 @@ fn answer(bus: &DronecanBus, node: &mut Node, store: &mut Store, transfer: &Tran
     let (service, length) = if is_opcode {
         (&bus.common.execute_opcode, store.execute(transfer.payload, &mut answer))
     } else {
-        (&bus.common.get_set, store.get_set(transfer.payload, &mut answer))
+        (&bus.common.get_set, store.get_set(transfer.payload, transfer.framing, &mut answer))
     };
     if let Some(payload) = length.and_then(|length| answer.get(..length)) {
-        node.respond(service, transfer.header.source, transfer.transfer_id, payload);
+        node.respond(service, transfer, payload);
     }
 }
 
@@ -181,7 +181,7 @@ fn take_command(
     let mut decoded = Decoded { updated: 0, refused: None };
     for (rotor, place) in bus.command.rotors.iter().enumerate() {
         // A command that is too short is for others.
-        let Some(number) = place.read(transfer.payload) else { continue };
+        let Some(number) = place.read(transfer.payload, transfer.framing) else { continue };
         let value = number / bus.command.full;
         if !(0.0..=1.0).contains(&value) {
             counts.add(FrameRefusal::OutOfRange);
@@ -223,7 +223,7 @@ impl BenchEnd for DronecanBenchEnd {
             }
             Some(Purpose::InfoRequest { node }) => {
                 if let Some(node) = nodes.get_mut(*node) {
-                    node.ask(transfer.header.source, transfer.transfer_id);
+                    node.ask(&transfer);
                 }
                 nothing
             }
@@ -249,7 +249,7 @@ impl BenchEnd for DronecanBenchEnd {
     }
 
     fn send_due(&mut self, now_ns: u64, sensors: &Sensors, send: &mut dyn FnMut(&Frame)) -> bool {
-        let Self { messages, nodes, asking, .. } = self;
+        let Self { messages, nodes, asking, bus, .. } = self;
         let mut any = false;
         asking.due_frames(now_ns).iter().for_each(&mut *send);
         for message in messages.iter_mut().filter(|message| message.due_ns <= now_ns) {
@@ -261,12 +261,13 @@ impl BenchEnd for DronecanBenchEnd {
             }
             let known = message.numbers.iter().filter(|(channel, ..)| channel.of(sensors).stamp_ns > 0);
             for (channel, place, scale, offset) in known {
-                place.write(&mut message.payload, (channel.of(sensors).value - offset) / scale);
+                place.write(&mut message.payload, bus.framing, (channel.of(sensors).value - offset) / scale);
             }
             let Some(node) = nodes.get(message.node).filter(|node| node.id != 0) else { continue };
             let header = TransferHeader::message(message.priority, message.subscription.type_id, node.id);
             let transfer_id = message.transfer_id.take();
             TransferFrames::new(header, message.subscription.seed, transfer_id, &message.payload)
+                .framed(bus.framing)
                 .for_each(|frame| send(&frame));
             any = true;
         }

@@ -75,7 +75,7 @@ impl Bridge {
             purposes,
             counts: Counts::default(),
             watch: NodeWatch::new(),
-            node: Node::with_unique_id(&bus.common, bus.node_id, NAME, bus.unique_id),
+            node: Node::with_unique_id(&bus.common, bus.node_id, NAME, bus.unique_id).framed(bus.framing),
             command_id: TransferId::default(),
             arming_id: TransferId::default(),
             armed: None,
@@ -118,18 +118,18 @@ impl BridgeEnd for Bridge {
                 return decoded.unwrap_or(Decoded { updated: 0, refused: None });
             }
             Some(Purpose::NodeStatus) => {
-                watch.heard(&bus.common, source, transfer.payload, stamp_ns);
+                watch.heard(&bus.common, &transfer);
                 None
             }
             Some(Purpose::InfoRequest) => {
-                node.ask(source, transfer.transfer_id);
+                node.ask(&transfer);
                 None
             }
             Some(Purpose::Command { is_own_kind }) => {
                 let command = if is_own_kind { &bus.command } else { &bus.other_command };
                 // A command holds a number for each ESC from the first on, and so does ours: whoever commands any is in our way,
                 // or we in his.
-                command.first.read(transfer.payload).map(|_| FrameRefusal::ForeignCommand)
+                command.first.read(transfer.payload, transfer.framing).map(|_| FrameRefusal::ForeignCommand)
             }
             Some(Purpose::Arming) => (source != bus.node_id).then_some(FrameRefusal::ForeignCommand),
             None => Some(FrameRefusal::UnknownId),
@@ -141,14 +141,16 @@ impl BridgeEnd for Bridge {
         if self.bus.node_id == 0 {
             return &[];
         }
+        let framing = self.bus.framing;
         let Commanding { full, rotors, length, type_id, subscription, .. } = self.bus.command;
         let mut payload = [0; MOST_COMMAND * 8];
         for (place, rotor) in rotors.iter().zip(applied.rotor) {
-            place.write(&mut payload, safe_command(rotor) * full);
+            place.write(&mut payload, framing, safe_command(rotor) * full);
         }
         let header = TransferHeader::message(priority::HIGH, type_id, self.bus.node_id);
         let payload = payload.get(..length).unwrap_or(&[]);
-        let frames = TransferFrames::new(header, subscription.seed, self.command_id.take(), payload);
+        let frames =
+            TransferFrames::new(header, subscription.seed, self.command_id.take(), payload).framed(framing);
         let mut count = 0;
         for (place, frame) in self.command.iter_mut().zip(frames) {
             *place = frame;
@@ -178,7 +180,8 @@ impl BridgeEnd for Bridge {
             let arming = self.bus.common.arming;
             let header = TransferHeader::message(priority::MEDIUM, arming.type_id, self.bus.node_id);
             let payload = [if is_armed { FULLY_ARMED } else { 0 }];
-            owe(TransferFrames::new(header, arming.seed, self.arming_id.take(), &payload).next());
+            let frames = TransferFrames::new(header, arming.seed, self.arming_id.take(), &payload);
+            owe(frames.framed(self.bus.framing).next());
         }
         owe(self.node.status(now_ns, applied.state));
         for _ in 0..AT_ONCE {
@@ -209,7 +212,7 @@ fn take(
     for bound in received.bound.iter().filter(|bound| bound.is_meant(transfer)) {
         let channel = bound.channel;
         let read = if watch.is_believed(channel, node, stamp_ns) {
-            bound.read(transfer.payload)
+            bound.read(transfer)
         } else {
             Err(FrameRefusal::OtherNode)
         };

@@ -12,13 +12,13 @@ use super::bench::DronecanBenchEnd;
 use super::bridge::Bridge;
 use super::bus::{Commanding, DronecanBus};
 use super::common::{Common, name};
-use super::config::{CommandKind, DronecanConfig, DsdlConfig};
+use super::config::{CommandKind, DsdlConfig};
 use super::describe::{descriptions, load};
 use super::join::unique_id;
 use super::library::{Definition, Library};
 use super::place::BitPlace;
 use super::received::receive;
-use super::transfer::{GREATEST_NODE, TransferKind};
+use super::transfer::{Framing, GREATEST_NODE, TransferKind};
 
 /// Index of the last ESC that a command reaches.
 const LAST_ESC: u8 = 19;
@@ -57,11 +57,12 @@ impl DronecanBus {
         check_table(config)?;
         let definitions = own.dsdl.iter().map(read_definition).collect::<Result<Vec<_>, _>>()?;
         let library = Library::build(&definitions)?;
-        let raw = commanding(&library, CommandKind::Raw, own)?;
-        let rpm = commanding(&library, CommandKind::Rpm, own)?;
+        let raw = commanding(&library, CommandKind::Raw, config)?;
+        let rpm = commanding(&library, CommandKind::Rpm, config)?;
         let (command, other_command) = if own.command == CommandKind::Raw { (raw, rpm) } else { (rpm, raw) };
         let received = receive(config, &library, period_s)?;
         let bus = Self {
+            framing: Framing::of_bus(config.fd),
             // Nobody's, until an allocator has given one: what is said before is left unsaid.
             node_id: own.node_id.number().unwrap_or(0),
             unique_id: unique_id(config),
@@ -83,9 +84,6 @@ impl DronecanBus {
 fn check_table(config: &BusConfig) -> Result<(), CanError> {
     let own = &config.dronecan;
     let default = BusConfig::default();
-    if config.fd {
-        return Err(fail("fd", "DroneCAN is spoken in classical frames here".to_owned()));
-    }
     if config.database != default.database {
         return Err(fail("database", "DBC files say nothing of DroneCAN: see bus.dronecan.dsdl".to_owned()));
     }
@@ -120,7 +118,8 @@ fn read_definition(config: &DsdlConfig) -> Result<Definition, CanError> {
 }
 
 /// A command message, long enough for both rotors.
-fn commanding(library: &Library, kind: CommandKind, own: &DronecanConfig) -> Result<Commanding, CanError> {
+fn commanding(library: &Library, kind: CommandKind, config: &BusConfig) -> Result<Commanding, CanError> {
+    let own = &config.dronecan;
     let (type_name, field, unit, full) = match kind {
         CommandKind::Raw => (name::RAW_COMMAND, "cmd", "", f64::from(own.raw_maximum)),
         CommandKind::Rpm => (name::RPM_COMMAND, "rpm", "rpm", f64::from(own.rpm_maximum.unwrap_or(1))),
@@ -133,7 +132,8 @@ fn commanding(library: &Library, kind: CommandKind, own: &DronecanConfig) -> Res
             .map_err(|reason| fail("dronecan.esc_index", reason))
     };
     let rotors = [place(own.esc_index[0])?, place(own.esc_index[1])?];
-    let length = rotors.iter().map(BitPlace::end).max().unwrap_or(0).div_ceil(8);
+    let length =
+        rotors.iter().map(|place| place.end(Framing::of_bus(config.fd))).max().unwrap_or(0).div_ceil(8);
     let subscription =
         Subscription::new(type_id, TransferKind::Message, compound.signature, message.most_bits());
     let first = place(0)?;

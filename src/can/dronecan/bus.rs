@@ -7,6 +7,7 @@ use super::assembler::Subscription;
 use super::common::Common;
 use super::place::BitPlace;
 use super::received::Received;
+use super::transfer::Framing;
 
 /// The command as it is sent.
 #[derive(Debug, Clone, Copy)]
@@ -30,6 +31,8 @@ pub(super) struct Commanding {
 /// The `[bus]` table of a bench on DroneCAN, resolved.
 #[derive(Debug, Clone)]
 pub struct DronecanBus {
+    /// In which frames it sends; what comes may come in either.
+    pub(super) framing: Framing,
     /// 0 = an allocator has given none yet.
     pub(super) node_id: u8,
     /// Of this bench, for the allocator and who asks.

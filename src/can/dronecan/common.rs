@@ -3,14 +3,14 @@
 use crate::can::error::CanError;
 use crate::can::resolve::fail;
 
-use super::allocation;
+use super::allocation::{self, UniqueId};
 use super::assembler::Subscription;
-use super::dsdl::CompoundBody;
+use super::dsdl::{CompoundBody, Structure};
 use super::library::Library;
 use super::place::BitPlace;
 use super::service::{self, Service};
-use super::transfer::TransferKind;
-use super::value::{empty_message, encode};
+use super::transfer::{Framing, TransferKind};
+use super::value::{Value, empty_message, encode};
 
 /// The types that every bench speaks of.
 pub(super) mod name {
@@ -31,12 +31,13 @@ pub(super) struct Common {
     pub health: BitPlace,
     pub mode: BitPlace,
     pub code: BitPlace,
-    /// Data type id and signature of `GetNodeInfo`, and its response up to the node's name, which ends it.
+    /// Data type id and signature of `GetNodeInfo`, its response, which ends with the node's name, and places in that.
     pub info_id: u16,
     pub info_signature: u64,
-    pub info: Vec<u8>,
-    /// Where the sixteen bytes of a node's unique id begin in `info`.
-    pub unique_id: usize,
+    info: Structure,
+    version: [BitPlace; 2],
+    /// [byte] where the sixteen bytes of a node's unique id begin.
+    unique_id: usize,
     /// What nodes without an id ask for one with.
     pub allocation: Subscription,
     /// Parameters of a node, and what it does with them.
@@ -63,10 +64,6 @@ impl Common {
             return Err(missing(name::NODE_INFO));
         };
         let place = |path| BitPlace::find(response, path).map_err(|reason| fail("dronecan", reason));
-        let mut bytes = encode(response, &empty_message(response, 0.0))
-            .map_err(|error| fail("dronecan", error.to_string()))?;
-        place("software_version.major")?.write(&mut bytes, number(env!("CARGO_PKG_VERSION_MAJOR")));
-        place("software_version.minor")?.write(&mut bytes, number(env!("CARGO_PKG_VERSION_MINOR")));
         Ok(Self {
             arming,
             status,
@@ -77,11 +74,30 @@ impl Common {
             info_id,
             info_signature: info.signature,
             unique_id: place("hardware_version.unique_id[0]")?.at / 8,
-            info: bytes,
+            version: [place("software_version.major")?, place("software_version.minor")?],
+            info: response.clone(),
             allocation: allocation::subscription(library)?,
             get_set: Service::find(library, service::name::GET_SET)?,
             execute_opcode: Service::find(library, service::name::EXECUTE_OPCODE)?,
         })
+    }
+
+    /// What a node answers who asks it what it is, in such frames; its state, at the beginning, is left to it.
+    pub fn node_info(&self, name: &str, unique_id: UniqueId, framing: Framing) -> Vec<u8> {
+        let mut info = empty_message(&self.info, 0.0);
+        if let Value::List(fields) = &mut info
+            && let Some(last) = fields.last_mut()
+        {
+            *last = Value::List(name.bytes().map(|byte| Value::Integer(i128::from(byte))).collect());
+        }
+        // A name that is too long, or none of this type, cannot be: both are written here.
+        let mut bytes = encode(&self.info, &info, framing).unwrap_or_default();
+        let [major, minor] = self.version;
+        major.write(&mut bytes, framing, number(env!("CARGO_PKG_VERSION_MAJOR")));
+        minor.write(&mut bytes, framing, number(env!("CARGO_PKG_VERSION_MINOR")));
+        let place = bytes.iter_mut().skip(self.unique_id);
+        place.zip(unique_id.0).for_each(|(place, byte)| *place = byte);
+        bytes
     }
 
     /// Listens to who asks `node` what it is.

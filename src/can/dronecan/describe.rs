@@ -2,7 +2,7 @@
 
 use crate::can::config::BusConfig;
 use crate::can::frame::Id;
-use crate::can::load::{BusLoad, MessageLoad, classic_bits};
+use crate::can::load::{BusLoad, MessageLoad, classic_bits, fd_bits};
 use crate::can::protocol::{MessageDescription, SignalDescription};
 use crate::clock::span_s;
 
@@ -12,15 +12,23 @@ use super::dsdl::{NumberKind, Primitive};
 use super::node::{ARMING_EVERY_NS, STATUS_EVERY_NS};
 use super::place::BitPlace;
 use super::received::{Bound, Received, Sender};
-use super::transfer::{FRAME_BYTES, TransferFrames, TransferHeader, priority};
+use super::transfer::{Framing, TransferFrames, TransferHeader, priority};
 
 /// How full the messages make the bus at worst; what each node says of itself once a second is left out.
 pub(super) fn load(bus: &DronecanBus, config: &BusConfig) -> BusLoad {
     let bit_rate = f64::from(config.bit_rate.max(1));
+    let data_ratio = bit_rate / f64::from(config.data_bit_rate.max(1));
     let messages: Vec<MessageLoad> = descriptions(bus)
         .into_iter()
         .map(|message| {
-            let bits = transfer_bits(message.bytes) as f64;
+            let bits = match bus.framing {
+                Framing::Classic => {
+                    transfer_bits(message.bytes, bus.framing, &|id, length| classic_bits(id, length) as f64)
+                }
+                Framing::Fd => {
+                    transfer_bits(message.bytes, bus.framing, &|id, length| fd_bits(id, length, data_ratio))
+                }
+            };
             let percent = 100.0 * bits / (bit_rate * message.period_s);
             MessageLoad { message: message.name, bits, percent }
         })
@@ -29,13 +37,12 @@ pub(super) fn load(bus: &DronecanBus, config: &BusConfig) -> BusLoad {
     BusLoad { messages, percent }
 }
 
-/// [bit] of a transfer of so many bytes, all its frames at full stuffing.
-fn transfer_bits(bytes: usize) -> usize {
-    let frames = TransferFrames::count(bytes);
-    let total = if frames > 1 { bytes + 2 } else { bytes };
+/// [bit] of a transfer of so many bytes, all its frames at full stuffing, each of `frame_bits`.
+fn transfer_bits(bytes: usize, framing: Framing, frame_bits: &dyn Fn(Id, usize) -> f64) -> f64 {
+    let before = TransferFrames::count(bytes, framing) - 1;
+    let last = framing.sent_bytes(bytes) - before * framing.frame_bytes();
     let id = Id::Extended(0);
-    (frames - 1) * classic_bits(id, FRAME_BYTES + 1)
-        + classic_bits(id, total - (frames - 1) * FRAME_BYTES + 1)
+    before as f64 * frame_bits(id, framing.frame_bytes() + 1) + frame_bits(id, last + 1)
 }
 
 /// The messages of the bench: what is sent, then what is received.
@@ -56,7 +63,7 @@ pub(super) fn descriptions(bus: &DronecanBus) -> Vec<MessageDescription> {
         role: format!("commands.rotor_{}", rotor + 1),
         channel: None,
         name: format!("{}[{}]", command.field, bus.esc_index.get(rotor).copied().unwrap_or(0)),
-        place: place_text(place),
+        place: place_text(place, bus.framing),
         unit: command.unit.to_owned(),
         si_unit: "-",
         factor: 1.0 / command.full,
@@ -78,13 +85,18 @@ pub(super) fn descriptions(bus: &DronecanBus) -> Vec<MessageDescription> {
     ];
     for received in &bus.received {
         all.extend(
-            received.senders().into_iter().map(|(sender, bounds)| describe(received, sender, &bounds)),
+            received.senders().into_iter().map(|(sender, bounds)| describe(bus, received, sender, &bounds)),
         );
     }
     all
 }
 
-fn describe(received: &Received, (node, esc): Sender, bounds: &[&Bound]) -> MessageDescription {
+fn describe(
+    bus: &DronecanBus,
+    received: &Received,
+    (node, esc): Sender,
+    bounds: &[&Bound],
+) -> MessageDescription {
     let who = [esc.map(|esc| format!("esc {esc}")), node.map(|node| format!("node {node}"))];
     let who = who.into_iter().flatten().collect::<Vec<_>>().join(", ");
     let name = &received.compound.name;
@@ -94,21 +106,21 @@ fn describe(received: &Received, (node, esc): Sender, bounds: &[&Bound]) -> Mess
         is_sent: false,
         // Not an anonymous one, though no node is named: the type keeps its place.
         id: Id::Extended(header.id() | u32::from(received.type_id) << 8),
-        bytes: received.empty_payload().len(),
+        bytes: received.empty_payload(bus.framing).len(),
         period_s: received.period_s,
         counter: None,
         may_have_counter: false,
         lacks_node: false,
-        signals: bounds.iter().map(|bound| signal(bound)).collect(),
+        signals: bounds.iter().map(|bound| signal(bound, bus.framing)).collect(),
     }
 }
 
-fn signal(bound: &Bound) -> SignalDescription {
+fn signal(bound: &Bound, framing: Framing) -> SignalDescription {
     SignalDescription {
         role: format!("sensors.{}", bound.channel),
         channel: Some(bound.channel),
         name: bound.path.clone(),
-        place: place_text(&bound.place),
+        place: place_text(&bound.place, framing),
         unit: bound.unit.clone(),
         si_unit: bound.channel.unit(),
         factor: bound.scale,
@@ -117,7 +129,7 @@ fn signal(bound: &Bound) -> SignalDescription {
     }
 }
 
-fn place_text(place: &BitPlace) -> String {
+fn place_text(place: &BitPlace, framing: Framing) -> String {
     let Primitive { kind, bits, .. } = place.primitive;
     let number = match kind {
         NumberKind::Boolean => "bool".to_owned(),
@@ -125,5 +137,5 @@ fn place_text(place: &BitPlace) -> String {
         NumberKind::Signed => format!("i{bits}"),
         NumberKind::Float => format!("f{bits}"),
     };
-    format!("{number} at {}", place.at)
+    format!("{number} at {}", place.end(framing) - bits as usize)
 }

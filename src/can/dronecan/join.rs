@@ -48,7 +48,7 @@ pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
         return Ok(config);
     }
     let fail = |reason: String| CanError::Interface { interface: config.interface.clone(), reason };
-    let mut port = BusPort::open(&config.interface, false)?;
+    let mut port = BusPort::open_for_all_frames(&config.interface)?;
     let mut allocatee = Allocatee::new(unique_id(&config), 0)?;
     let end_ns = clock::monotonic_ns().saturating_add(THRESHOLDS.allocation_patience_ns);
     while clock::monotonic_ns() < end_ns {

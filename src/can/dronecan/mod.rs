@@ -56,6 +56,7 @@ pub use participant::Participant;
 pub use place::BitPlace;
 pub use store::ESC_TIMEOUT_S;
 pub use transfer::{
-    FRAME_BYTES, GREATEST_NODE, Tail, TransferFrames, TransferHeader, TransferId, TransferKind, priority,
+    FRAME_BYTES, Framing, GREATEST_NODE, Tail, TransferFrames, TransferHeader, TransferId, TransferKind,
+    priority,
 };
 pub use value::{Value, ValueError, decode, empty, empty_message, encode};

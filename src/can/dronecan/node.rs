@@ -4,11 +4,12 @@ use crate::can::frame::Frame;
 use crate::clock::NANOSECONDS_PER_SECOND;
 
 use super::allocation::{UNIQUE, UniqueId};
+use super::assembler::Transfer;
 use super::common::Common;
 use super::crc;
 use super::service::Service;
 use super::store::MOST_ANSWER;
-use super::transfer::{TransferFrames, TransferHeader, TransferId, TransferKind, priority};
+use super::transfer::{Framing, TransferFrames, TransferHeader, TransferId, TransferKind, priority};
 
 /// [ns] between two of a node's `NodeStatus`.
 pub(super) const STATUS_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
@@ -24,14 +25,16 @@ pub(super) const AT_ONCE: usize = 2;
 pub(super) struct Node {
     /// 0 = it has none yet, and is silent.
     pub id: u8,
+    /// In which frames it says how it is; who asks is answered as it asked.
+    framing: Framing,
     common: Common,
     /// [ns] of its first status, and when the next one is due.
     born_ns: Option<u64>,
     due_ns: u64,
     status_id: TransferId,
     seed: u16,
-    /// The response to `GetNodeInfo`, and the frames of an answer that are still to be sent.
-    info: Vec<u8>,
+    /// The response to `GetNodeInfo` in classical and in FD frames, and the frames of an answer that are still to be sent.
+    info: [Vec<u8>; 2],
     answer: Vec<Frame>,
     answered: usize,
 }
@@ -52,14 +55,13 @@ impl Node {
 
     /// The same with this unique id.
     pub fn with_unique_id(common: &Common, id: u8, name: &str, unique_id: UniqueId) -> Self {
-        let mut info = common.info.clone();
-        let place = info.iter_mut().skip(common.unique_id);
-        place.zip(unique_id.0).for_each(|(place, byte)| *place = byte);
-        info.extend_from_slice(name.as_bytes());
-        let answer = Vec::with_capacity(TransferFrames::count(info.len().max(MOST_ANSWER)));
+        let info = [Framing::Classic, Framing::Fd].map(|framing| common.node_info(name, unique_id, framing));
+        let longest = info.iter().map(Vec::len).max().unwrap_or(0).max(MOST_ANSWER);
+        let answer = Vec::with_capacity(TransferFrames::count(longest, Framing::Classic));
         let seed = crc::transfer_seed(common.info_signature);
         Self {
             id,
+            framing: Framing::Classic,
             common: common.clone(),
             born_ns: None,
             due_ns: 0,
@@ -69,6 +71,11 @@ impl Node {
             answered: 0,
             answer,
         }
+    }
+
+    /// The same node, which says how it is in such frames.
+    pub fn framed(self, framing: Framing) -> Self {
+        Self { framing, ..self }
     }
 
     /// [ns] when it has something to say.
@@ -91,38 +98,41 @@ impl Node {
         let born_ns = *self.born_ns.get_or_insert(now_ns);
         let mut payload = [0; STATUS_BYTES];
         let uptime_s = now_ns.saturating_sub(born_ns) / NANOSECONDS_PER_SECOND;
-        self.common.uptime.write(&mut payload, uptime_s as f64);
-        self.common.code.write(&mut payload, f64::from(code));
-        if let Some(place) = self.info.get_mut(..STATUS_BYTES) {
+        self.common.uptime.write(&mut payload, self.framing, uptime_s as f64);
+        self.common.code.write(&mut payload, self.framing, f64::from(code));
+        for place in self.info.iter_mut().filter_map(|info| info.get_mut(..STATUS_BYTES)) {
             place.copy_from_slice(&payload);
         }
         let header = TransferHeader::message(priority::LOW, self.common.status.type_id, self.id);
-        TransferFrames::new(header, self.common.status.seed, self.status_id.take(), &payload).next()
+        let transfer_id = self.status_id.take();
+        TransferFrames::new(header, self.common.status.seed, transfer_id, &payload)
+            .framed(self.framing)
+            .next()
     }
 
-    /// Somebody asks what it is. The last one who asks is answered.
-    pub fn ask(&mut self, who: u8, transfer_id: u8) {
+    /// Somebody asks what it is. The last one who asks is answered, in frames as those of the question.
+    pub fn ask(&mut self, question: &Transfer<'_>) {
+        let Transfer { header: TransferHeader { source: who, .. }, framing, transfer_id, .. } = *question;
         let kind = TransferKind::Response { to: who };
         let type_id = self.common.info_id;
         let header =
             TransferHeader { priority: priority::LOW, type_id, source: self.id, kind, discriminator: 0 };
         self.answer.clear();
         // Room was made for exactly these.
-        self.answer.extend(TransferFrames::new(header, self.seed, transfer_id, &self.info));
+        let [classic, fd] = &self.info;
+        let info = if framing == Framing::Fd { fd } else { classic };
+        self.answer.extend(TransferFrames::new(header, self.seed, transfer_id, info).framed(framing));
         self.answered = 0;
     }
 
-    /// Answers who asked for something else, in [`MOST_ANSWER`] bytes at most; in the place of an answer that is still under
-    /// way, whose receiver asks again.
-    pub fn respond(&mut self, service: &Service, who: u8, transfer_id: u8, payload: &[u8]) {
+    /// Answers who asked for something else, in [`MOST_ANSWER`] bytes at most that are written for the frames of the question; in
+    /// the place of an answer that is still under way, whose receiver asks again.
+    pub fn respond(&mut self, service: &Service, question: &Transfer<'_>, payload: &[u8]) {
         let payload = payload.get(..MOST_ANSWER).unwrap_or(payload);
         self.answer.clear();
-        self.answer.extend(TransferFrames::new(
-            service.response(self.id, who),
-            service.seed(),
-            transfer_id,
-            payload,
-        ));
+        let header = service.response(self.id, question.header.source);
+        let frames = TransferFrames::new(header, service.seed(), question.transfer_id, payload);
+        self.answer.extend(frames.framed(question.framing));
         self.answered = 0;
     }
 

@@ -113,18 +113,20 @@ impl Participant for NodeMonitor {
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let id = transfer.header.source;
         if transfer.subscription == INFO_REQUEST {
-            self.node.ask(id, transfer.transfer_id);
+            self.node.ask(&transfer);
             return;
         }
         let (report, _) = self.nodes.entry(id).or_default();
         report.id = id;
         if transfer.subscription == 0 {
-            let read = |place: &super::place::BitPlace| place.read(transfer.payload).unwrap_or(0.0);
+            let read = |place: &super::place::BitPlace| {
+                place.read(transfer.payload, transfer.framing).unwrap_or(0.0)
+            };
             report.health = read(&self.common.health) as u8;
             report.mode = read(&self.common.mode) as u8;
             report.uptime_s = read(&self.common.uptime) as u32;
             report.code = read(&self.common.code) as u16;
-        } else if let Ok(Value::List(fields)) = decode(&self.response, transfer.payload) {
+        } else if let Ok(Value::List(fields)) = decode(&self.response, transfer.payload, transfer.framing) {
             report.info = info(&fields);
         }
     }

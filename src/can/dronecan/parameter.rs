@@ -14,7 +14,7 @@ use super::library::Library;
 use super::node::Node;
 use super::participant::Participant;
 use super::service::Service;
-use super::transfer::{GREATEST_NODE, TransferFrames, TransferId, TransferKind};
+use super::transfer::{Framing, GREATEST_NODE, TransferFrames, TransferId, TransferKind};
 use super::value::{Value, decode, encode};
 
 /// [ns] after which a question is asked again, and how often in all.
@@ -177,7 +177,7 @@ impl ParameterClient {
     pub fn ask(&mut self, question: &ParameterRequest) -> Result<(), CanError> {
         let is_opcode = *question == ParameterRequest::Save;
         let service = self.service(is_opcode);
-        let payload = encode(&service.request, &request(question))
+        let payload = encode(&service.request, &request(question), Framing::Classic)
             .map_err(|_| fail("dronecan", "a name of 92 bytes at most, a text of 128".to_owned()))?;
         self.pending = Some(Pending { is_opcode, payload, transfer_id: 0, asked_ns: 0, tries: 0 });
         self.answer = None;
@@ -209,12 +209,13 @@ impl Participant for ParameterClient {
         heard.is_id_taken |= source == own.id;
         match transfer.subscription {
             STATUS => {}
-            INFO_REQUEST => own.ask(source, transfer.transfer_id),
+            INFO_REQUEST => own.ask(&transfer),
             ARMING if transfer.payload == [255] => heard.armed = Some((source, now_ns)),
             ARMING => {}
             RAW | RPM => {
                 let structure = &commands[usize::from(transfer.subscription == RPM)];
-                if decode(structure, transfer.payload).is_ok_and(|command| turns(&command)) {
+                if decode(structure, transfer.payload, transfer.framing).is_ok_and(|command| turns(&command))
+                {
                     heard.commanded = Some((source, now_ns));
                 }
             }
@@ -227,7 +228,10 @@ impl Participant for ParameterClient {
                     return;
                 }
                 let service = if is_opcode { &common.execute_opcode } else { &common.get_set };
-                let Ok(Value::List(fields)) = decode(&service.response, transfer.payload) else { return };
+                let Ok(Value::List(fields)) = decode(&service.response, transfer.payload, transfer.framing)
+                else {
+                    return;
+                };
                 if let Some(said) = understood(&fields, is_opcode) {
                     (*answer, *pending) = (Some(said), None);
                 }

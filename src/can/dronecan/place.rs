@@ -2,15 +2,27 @@
 
 use super::bits;
 use super::dsdl::{NumberKind, Structure, Type};
+use super::transfer::Framing;
 use super::value::{Value, number_of, raw_of};
 
 /// Where a number lies in the payload of its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitPlace {
-    /// [bit] from the beginning of the payload.
+    /// [bit] from the beginning of the payload of classical frames; in FD frames it may be further behind.
     pub at: usize,
     /// Its type.
     pub primitive: super::dsdl::Primitive,
+    /// Of an item of the array that ends the message.
+    item: Option<Item>,
+}
+
+/// An item of an array whose count stands before it in FD frames, and nowhere in classical ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Item {
+    index: usize,
+    /// [bit] where the array begins, and of its count.
+    begin: usize,
+    count_bits: u32,
 }
 
 impl BitPlace {
@@ -20,7 +32,7 @@ impl BitPlace {
     /// Why there is none: no such field, no number, or its place depends on what stands before it.
     pub fn find(message: &Structure, path: &str) -> Result<Self, String> {
         let mut words = path.split('.').peekable();
-        let (mut within, mut at) = (message, 0);
+        let (mut within, mut at, mut item) = (message, 0, None);
         loop {
             let word = words.next().unwrap_or("");
             let is_deeper = words.peek().is_some();
@@ -37,6 +49,8 @@ impl BitPlace {
                     if array.is_dynamic && !(is_last && array.is_countless_at_end()) {
                         return Err(format!("the place of `{word}` depends on how many there are"));
                     }
+                    item =
+                        array.is_dynamic.then(|| Item { index, begin: at, count_bits: array.count_bits() });
                     let each = array.item.fixed_bits();
                     at += index * each.ok_or_else(|| format!("the items of `{name}` differ in length"))?;
                     &array.item
@@ -46,7 +60,7 @@ impl BitPlace {
                 (of, None) => of,
             };
             match (of, is_deeper) {
-                (Type::Primitive(primitive), false) => return Ok(Self { at, primitive: *primitive }),
+                (Type::Primitive(primitive), false) => return Ok(Self { at, primitive: *primitive, item }),
                 (Type::Compound(compound), true) => {
                     within = compound.message().ok_or_else(|| format!("`{name}` is a service"))?;
                 }
@@ -56,31 +70,50 @@ impl BitPlace {
         }
     }
 
-    /// The number in a payload; `None` when the payload ends before it.
+    /// The number in a payload of such frames; `None` when the payload ends before it, or the array that it is an item of.
     #[must_use]
     #[inline]
-    pub fn read(&self, payload: &[u8]) -> Option<f64> {
-        let raw = bits::read(payload, self.at, self.primitive.bits)?;
+    pub fn read(&self, payload: &[u8], framing: Framing) -> Option<f64> {
+        let at = match (framing, self.item) {
+            (Framing::Fd, Some(item)) => {
+                let count = bits::read(payload, item.begin, item.count_bits)?;
+                if item.index as u64 >= count {
+                    return None;
+                }
+                self.at + item.count_bits as usize
+            }
+            _ => self.at,
+        };
+        let raw = bits::read(payload, at, self.primitive.bits)?;
         Some(number_of(self.primitive.kind, self.primitive.bits, raw))
     }
 
-    /// Writes the nearest number that the type has. What is not a number becomes 0 where the type has nothing for it.
+    /// Writes the nearest number that the type has, into a payload for such frames. What is not a number becomes 0 where the type
+    /// has nothing for it. An array gets as long as its item needs.
     #[inline]
-    pub fn write(&self, payload: &mut [u8], value: f64) {
+    pub fn write(&self, payload: &mut [u8], framing: Framing, value: f64) {
         let value = match self.primitive.kind {
             NumberKind::Float => Value::Float(value),
             // A cast of a float saturates, and makes 0 of what is not a number.
             _ => Value::Integer(value.round_ties_even() as i128),
         };
-        if let Some(raw) = raw_of(self.primitive, &value) {
-            bits::write(payload, self.at, self.primitive.bits, raw);
+        let Some(raw) = raw_of(self.primitive, &value) else { return };
+        bits::write(payload, self.end(framing) - self.primitive.bits as usize, self.primitive.bits, raw);
+        if let (Framing::Fd, Some(Item { index, begin, count_bits })) = (framing, self.item)
+            && bits::read(payload, begin, count_bits).is_some_and(|count| count <= index as u64)
+        {
+            bits::write(payload, begin, count_bits, index as u64 + 1);
         }
     }
 
-    /// [bit] where it ends.
+    /// [bit] where it ends in a payload of such frames.
     #[must_use]
-    pub fn end(&self) -> usize {
-        self.at + self.primitive.bits as usize
+    pub fn end(&self, framing: Framing) -> usize {
+        let before = match (framing, self.item) {
+            (Framing::Fd, Some(item)) => item.count_bits as usize,
+            _ => 0,
+        };
+        self.at + before + self.primitive.bits as usize
     }
 
     /// Least and greatest number that it can be, infinities aside.
@@ -171,12 +204,39 @@ mod tests {
             ("voltage", 1e9, 65_504.0),
             ("voltage", 12.5, 12.5),
         ] {
-            place(path).write(&mut payload, value);
-            assert_eq!(place(path).read(&payload), Some(read), "{path} = {value}");
+            place(path).write(&mut payload, Framing::Classic, value);
+            assert_eq!(place(path).read(&payload, Framing::Classic), Some(read), "{path} = {value}");
+            assert_eq!(place(path).read(&payload, Framing::Fd), Some(read), "no array: the same in either");
         }
-        place("current").write(&mut payload, f64::NAN);
-        assert!(place("current").read(&payload).is_some_and(f64::is_nan));
-        assert_eq!(place("rpm").read(&payload[..12]), None);
+        place("current").write(&mut payload, Framing::Classic, f64::NAN);
+        assert!(place("current").read(&payload, Framing::Classic).is_some_and(f64::is_nan));
+        assert_eq!(place("rpm").read(&payload[..12], Framing::Classic), None);
         assert_eq!((place("rpm").span(), place("esc_index").span()), ((-131_072.0, 131_071.0), (0.0, 31.0)));
+    }
+
+    /// An item that the count does not reach is none, whatever fills the frame behind the array.
+    #[test]
+    fn in_fd_frames_an_item_is_there_as_the_count_says() {
+        let library = Library::build(&[]).expect("sound");
+        let message =
+            library.get("uavcan.equipment.esc.RawCommand").and_then(|it| it.message()).expect("there");
+        let places: Vec<BitPlace> =
+            (0..20).map(|index| BitPlace::find(message, &format!("cmd[{index}]")).expect("there")).collect();
+        let mut payload = [0; 47];
+        let read =
+            |payload: &[u8]| places.iter().map_while(|it| it.read(payload, Framing::Fd)).collect::<Vec<_>>();
+        assert_eq!(read(&payload), [0.0; 0]);
+        places[1].write(&mut payload, Framing::Fd, 700.0);
+        assert_eq!(read(&payload), [0.0, 700.0]);
+        places[0].write(&mut payload, Framing::Fd, -8192.0);
+        assert_eq!(read(&payload), [-8192.0, 700.0], "the count stays");
+        places[19].write(&mut payload, Framing::Fd, 1.0);
+        assert_eq!(read(&payload).len(), 20);
+        let whole = crate::can::dronecan::decode(message, &payload[..36], Framing::Fd);
+        let Ok(Value::List(fields)) = whole else { panic!("{whole:?}") };
+        let Value::List(items) = &fields[0] else { panic!("an array") };
+        assert_eq!((items.len(), &items[1]), (20, &Value::Integer(700)));
+        assert_eq!((places[19].end(Framing::Classic), places[19].end(Framing::Fd)), (280, 285));
+        assert_eq!(places[0].read(&[], Framing::Fd), None);
     }
 }

@@ -13,7 +13,7 @@ use super::assembler::{Subscription, Transfer};
 use super::dsdl::{Compound, Structure};
 use super::library::Library;
 use super::place::BitPlace;
-use super::transfer::{GREATEST_NODE, TransferKind};
+use super::transfer::{Framing, GREATEST_NODE, TransferKind};
 use super::value::{empty_message, encode};
 
 /// A number of a message that feeds a channel.
@@ -41,13 +41,16 @@ impl Bound {
     pub(super) fn is_meant(&self, transfer: &Transfer<'_>) -> bool {
         let is_node = self.node.is_none_or(|node| node == transfer.header.source);
         is_node
-            && self.esc.is_none_or(|(place, index)| place.read(transfer.payload) == Some(f64::from(index)))
+            && self.esc.is_none_or(|(place, index)| {
+                place.read(transfer.payload, transfer.framing) == Some(f64::from(index))
+            })
     }
 
     /// The value in SI, or why not.
     #[inline]
-    pub(super) fn read(&self, payload: &[u8]) -> Result<f64, FrameRefusal> {
-        let value = self.place.read(payload).ok_or(FrameRefusal::WrongLength)? * self.scale + self.offset;
+    pub(super) fn read(&self, transfer: &Transfer<'_>) -> Result<f64, FrameRefusal> {
+        let number = self.place.read(transfer.payload, transfer.framing).ok_or(FrameRefusal::WrongLength)?;
+        let value = number * self.scale + self.offset;
         // A limit that lies on the number's grid must not be missed by the rounding of f64.
         let slack = 1e-9 * (self.range.1 - self.range.0);
         if !value.is_finite() {
@@ -88,9 +91,9 @@ impl Received {
         self.compound.message().unwrap_or(NONE)
     }
 
-    /// A message of which nothing is set; a float that is unknown says so.
-    pub fn empty_payload(&self) -> Vec<u8> {
-        encode(self.message(), &empty_message(self.message(), f64::NAN)).unwrap_or_default()
+    /// A message of which nothing is set, for such frames; a float that is unknown says so.
+    pub fn empty_payload(&self, framing: Framing) -> Vec<u8> {
+        encode(self.message(), &empty_message(self.message(), f64::NAN), framing).unwrap_or_default()
     }
 
     /// The senders of this type, each with the numbers that are read of its messages.

@@ -1,6 +1,9 @@
 //! Parameters of an emulated ESC, as they are asked for by `GetSet` and `ExecuteOpcode`. Answered without allocating: byte by
 //! byte, where whoever asks reads and writes by the published definition.
 
+use super::bits;
+use super::transfer::Framing;
+
 /// [byte] of the longest answer.
 pub(super) const MOST_ANSWER: usize = 64;
 /// [s] without a command after which ESCs on DroneCAN usually stop, unless somebody sets them otherwise.
@@ -8,6 +11,9 @@ pub const ESC_TIMEOUT_S: f64 = 0.5;
 /// `ExecuteOpcode`: keep what is set over a restart, and forget what was kept.
 const SAVE: u8 = 0;
 const ERASE: u8 = 1;
+/// [byte] of the longest name, and [bit] of its count in FD frames.
+const LONGEST_NAME: usize = 92;
+const COUNT_BITS: u32 = 7;
 /// Which kind of value follows.
 const NONE: u8 = 0;
 const INTEGER: u8 = 1;
@@ -57,11 +63,21 @@ impl Store {
         }
     }
 
-    /// Answers a request to read or write one: the answer's length. `None`: it is no such request.
-    pub fn get_set(&mut self, request: &[u8], answer: &mut [u8; MOST_ANSWER]) -> Option<usize> {
+    /// Answers a request to read or write one, both in such frames: the answer's length. `None`: it is no such request.
+    pub fn get_set(
+        &mut self,
+        request: &[u8],
+        framing: Framing,
+        answer: &mut [u8; MOST_ANSWER],
+    ) -> Option<usize> {
         let [low, high, rest @ ..] = request else { return None };
         let index = usize::from(*low) | usize::from(*high >> 3) << 8;
-        let (wish, name) = wish(*high & 7, rest)?;
+        let (wish, rest) = wish(*high & 7, rest)?;
+        let mut room = [0; LONGEST_NAME];
+        let name = match framing {
+            Framing::Classic => rest,
+            Framing::Fd => counted(rest, &mut room)?,
+        };
         let mut writer = Writer { bytes: answer, length: 0 };
         let found = if name.is_empty() {
             self.all.get_mut(index)
@@ -71,6 +87,7 @@ impl Store {
         let Some(kept) = found else {
             // Neither a value nor a name.
             writer.put(&[NONE; 4]);
+            writer.name(b"", framing);
             return Some(writer.length);
         };
         if let Some(wish) = wish.filter(|wish| kept.may_be(*wish)) {
@@ -80,7 +97,7 @@ impl Store {
         writer.number(Some(kept.default));
         writer.number(kept.range.map(|range| range.1));
         writer.number(kept.range.map(|range| range.0));
-        writer.put(kept.name.as_bytes());
+        writer.name(kept.name.as_bytes(), framing);
         Some(writer.length)
     }
 
@@ -140,6 +157,16 @@ fn wish(kind: u8, rest: &[u8]) -> Option<(Option<Number>, &[u8])> {
     }
 }
 
+/// The name that its count and its bytes are, one behind the other.
+fn counted<'a>(bytes: &[u8], room: &'a mut [u8; LONGEST_NAME]) -> Option<&'a [u8]> {
+    let count = bits::read(bytes, 0, COUNT_BITS)? as usize;
+    let name = room.get_mut(..count)?;
+    for (index, place) in name.iter_mut().enumerate() {
+        *place = bits::read(bytes, COUNT_BITS as usize + 8 * index, 8)? as u8;
+    }
+    Some(name)
+}
+
 /// Writes an answer.
 struct Writer<'a> {
     bytes: &'a mut [u8; MOST_ANSWER],
@@ -153,6 +180,20 @@ impl Writer<'_> {
             place.copy_from_slice(bytes);
             self.length = end;
         }
+    }
+
+    /// What ends the answer.
+    fn name(&mut self, name: &[u8], framing: Framing) {
+        if framing == Framing::Classic {
+            return self.put(name);
+        }
+        let begin = 8 * self.length;
+        let bits = COUNT_BITS as usize + 8 * name.len();
+        bits::write(self.bytes, begin, COUNT_BITS, name.len() as u64);
+        for (index, byte) in name.iter().enumerate() {
+            bits::write(self.bytes, begin + COUNT_BITS as usize + 8 * index, 8, u64::from(*byte));
+        }
+        self.length = (begin + bits).div_ceil(8).min(MOST_ANSWER);
     }
 
     fn number(&mut self, number: Option<Number>) {

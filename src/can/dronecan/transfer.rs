@@ -1,13 +1,15 @@
 //! Transfers: what an identifier and the last byte of a frame say, and the frames that carry a payload.
 //!
-//! DroneCAN v0 specification, "CAN bus transport layer".
+//! DroneCAN specification, "CAN bus transport layer" and "CANFD bus transport layer".
 
-use crate::can::frame::{Frame, FrameKind, Id};
+use crate::can::frame::{Frame, FrameKind, Id, MAXIMUM_LENGTH, fd_length};
 
 use super::crc;
 
-/// Bytes of a frame beside its tail byte.
+/// Bytes of a classical frame beside its tail byte.
 pub const FRAME_BYTES: usize = 7;
+/// The same of an FD frame.
+pub(super) const FD_FRAME_BYTES: usize = MAXIMUM_LENGTH - 1;
 /// Highest node id; 0 is nobody's.
 pub const GREATEST_NODE: u8 = 127;
 
@@ -19,6 +21,69 @@ pub mod priority {
     pub const MEDIUM: u8 = 16;
     /// Everything else.
     pub const LOW: u8 = 24;
+}
+
+/// The frames in which a transfer travels, which say how its message is written, too: in FD frames an array has its count
+/// at the end of the message as everywhere, and zeros may follow, as FD frames cannot have every length.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Framing {
+    /// CAN 2.0.
+    #[default]
+    Classic,
+    /// CAN FD.
+    Fd,
+}
+
+impl Framing {
+    /// That of a bus on which FD frames are sent, or not.
+    #[must_use]
+    pub fn of_bus(fd: bool) -> Self {
+        if fd { Self::Fd } else { Self::Classic }
+    }
+
+    /// That of a transfer with this frame.
+    #[must_use]
+    #[inline]
+    pub fn of(frame: &Frame) -> Self {
+        Self::of_bus(matches!(frame.kind(), FrameKind::Fd { .. }))
+    }
+
+    /// [byte] that a frame has beside its tail byte.
+    #[must_use]
+    #[inline]
+    pub fn frame_bytes(self) -> usize {
+        match self {
+            Self::Classic => FRAME_BYTES,
+            Self::Fd => FD_FRAME_BYTES,
+        }
+    }
+
+    fn kind(self) -> FrameKind {
+        match self {
+            Self::Classic => FrameKind::Classic,
+            Self::Fd => FrameKind::Fd { bit_rate_switch: true, error_state: false },
+        }
+    }
+
+    /// [byte] of zeros behind so many, the checksum's two included, so that the last frame has a length that there is.
+    #[must_use]
+    pub(super) fn padding(self, bytes: usize) -> usize {
+        let last = match bytes % FD_FRAME_BYTES {
+            0 if bytes > 0 => FD_FRAME_BYTES,
+            rest => rest,
+        };
+        match self {
+            Self::Classic => 0,
+            Self::Fd => fd_length(last + 1) - (last + 1),
+        }
+    }
+
+    /// [byte] of all frames together that carry a payload of so many, their tail bytes aside.
+    #[must_use]
+    pub(super) fn sent_bytes(self, payload: usize) -> usize {
+        let bytes = if payload > self.frame_bytes() { payload + 2 } else { payload };
+        bytes + self.padding(bytes)
+    }
 }
 
 /// What a transfer is.
@@ -140,27 +205,41 @@ impl TransferId {
 #[derive(Debug, Clone)]
 pub struct TransferFrames<'a> {
     id: Id,
+    framing: Framing,
     seed: u16,
     transfer_id: u8,
     payload: &'a [u8],
-    /// Bytes sent, the checksum's two included where there is one.
+    /// Bytes sent, the checksum's two and the zeros at the end included where there are some.
     sent: usize,
     toggle: bool,
     is_over: bool,
 }
 
 impl<'a> TransferFrames<'a> {
-    /// The frames that carry `payload`.
+    /// The classical frames that carry `payload`.
     #[must_use]
     pub fn new(header: TransferHeader, seed: u16, transfer_id: u8, payload: &'a [u8]) -> Self {
-        let id = Id::Extended(header.id());
-        Self { id, seed, transfer_id, payload, sent: 0, toggle: false, is_over: false }
+        let (id, framing) = (Id::Extended(header.id()), Framing::Classic);
+        Self { id, framing, seed, transfer_id, payload, sent: 0, toggle: false, is_over: false }
     }
 
-    /// How many frames carry so many bytes.
+    /// The same payload in such frames, for which it was written.
     #[must_use]
-    pub fn count(bytes: usize) -> usize {
-        if bytes <= FRAME_BYTES { 1 } else { (bytes + 2).div_ceil(FRAME_BYTES) }
+    pub fn framed(self, framing: Framing) -> Self {
+        Self { framing, ..self }
+    }
+
+    /// How many such frames carry so many bytes.
+    #[must_use]
+    pub fn count(bytes: usize, framing: Framing) -> usize {
+        framing.sent_bytes(bytes).div_ceil(framing.frame_bytes()).max(1)
+    }
+
+    /// The checksum of what is sent: of the zeros at its end, too.
+    fn crc(&self, total: usize) -> u16 {
+        let crc = crc::transfer_crc(self.seed, self.payload);
+        let zeros = [0; FD_FRAME_BYTES];
+        crc::transfer_crc(crc, zeros.get(..total - self.payload.len() - 2).unwrap_or(&[]))
     }
 
     /// Byte `index` of what is sent.
@@ -180,11 +259,11 @@ impl Iterator for TransferFrames<'_> {
         if self.is_over {
             return None;
         }
-        let is_long = self.payload.len() > FRAME_BYTES;
-        let total = self.payload.len() + if is_long { 2 } else { 0 };
-        let length = (total - self.sent).min(FRAME_BYTES);
-        let crc = if is_long && self.sent == 0 { crc::transfer_crc(self.seed, self.payload) } else { 0 };
-        let mut frame = Frame::zeros(self.id, FrameKind::Classic, length + 1);
+        let is_long = self.payload.len() > self.framing.frame_bytes();
+        let total = self.framing.sent_bytes(self.payload.len());
+        let length = (total - self.sent).min(self.framing.frame_bytes());
+        let crc = if is_long && self.sent == 0 { self.crc(total) } else { 0 };
+        let mut frame = Frame::zeros(self.id, self.framing.kind(), length + 1);
         let start = self.sent == 0;
         for index in 0..length {
             let byte = self.byte(self.sent + index, crc.to_le_bytes(), is_long).unwrap_or(0);
@@ -230,8 +309,64 @@ mod tests {
         assert_eq!((&both[0].data()[..2], both[1].length()), (&crc[..], 4));
         assert_eq!(frames(&[]).len(), 1);
         for bytes in 0..40 {
-            assert_eq!(frames(&vec![1; bytes]).len(), TransferFrames::count(bytes), "{bytes}");
+            assert_eq!(
+                frames(&vec![1; bytes]).len(),
+                TransferFrames::count(bytes, Framing::Classic),
+                "{bytes}"
+            );
         }
+    }
+
+    /// Lengths as libcanard has them (`canard.c`, `enqueueTxFrames`): each last frame as long as the next that there is, its tail
+    /// byte the last one. Where 62 bytes stand in a frame, pydronecan leaves it at 63, which no controller sends.
+    #[test]
+    fn fd_frames_have_lengths_that_there_are_and_a_checksum_of_their_zeros_too() {
+        let header = TransferHeader::message(priority::LOW, 341, 9);
+        for bytes in 0..400 {
+            let payload = vec![0xA5; bytes];
+            let frames: Vec<Frame> =
+                TransferFrames::new(header, 0xFFFF, 3, &payload).framed(Framing::Fd).collect();
+            assert_eq!(frames.len(), TransferFrames::count(bytes, Framing::Fd), "{bytes}");
+            assert_eq!(frames.len(), if bytes < 64 { 1 } else { (bytes + 2).div_ceil(63) }, "{bytes}");
+            let (last, before) = frames.split_last().expect("one at least");
+            assert!(before.iter().all(|frame| frame.length() == 64), "{bytes}");
+            assert!(crate::can::frame::is_fd_length(last.length()), "{bytes}: {}", last.length());
+            assert!(frames.iter().all(|frame| Framing::of(frame) == Framing::Fd));
+            let all: Vec<u8> = frames
+                .iter()
+                .flat_map(|frame| frame.data().split_last().expect("a tail").1)
+                .copied()
+                .collect();
+            let (crc, sent) = all.split_at(if bytes < 64 { 0 } else { 2 });
+            assert_eq!(&sent[..bytes], payload, "{bytes}");
+            assert!(sent.len() - bytes < 16 && sent[bytes..].iter().all(|byte| *byte == 0), "{bytes}");
+            assert!(bytes < 64 || crc == crc::transfer_crc(0xFFFF, sent).to_le_bytes(), "{bytes}");
+        }
+        for (bytes, lengths) in
+            [(7, [8].as_slice()), (8, &[12]), (62, &[64]), (63, &[64]), (64, &[64, 4]), (123, &[64, 64])]
+        {
+            let payload = vec![1; bytes];
+            let frames = TransferFrames::new(header, 0xFFFF, 3, &payload).framed(Framing::Fd);
+            assert_eq!(frames.map(|frame| frame.length()).collect::<Vec<_>>(), lengths, "{bytes}");
+        }
+    }
+
+    /// The frames that libcanard (commit 601ed35, `CANARD_ENABLE_CANFD`) makes of payloads of 1 to 400 bytes, 1,487 of them: their
+    /// lengths and bytes, one behind the other, as one checksum. pydronecan makes the same, the lengths above aside.
+    #[test]
+    fn fd_frames_are_those_of_libcanard() {
+        let header = TransferHeader::message(priority::LOW, 341, 9);
+        let seed = crc::transfer_seed(0x0F08_68D0_C1A7_C6F1);
+        let payload: Vec<u8> = (0..400_u32).map(|at| (7 * at + 3) as u8).collect();
+        let (mut checksum, mut count) = (0, 0);
+        for bytes in 1..=payload.len() {
+            for frame in TransferFrames::new(header, seed, 3, &payload[..bytes]).framed(Framing::Fd) {
+                checksum = crc::signature(checksum, &[frame.length() as u8]);
+                checksum = crc::signature(checksum, frame.data());
+                count += 1;
+            }
+        }
+        assert_eq!((count, checksum), (1_487, 0x4F4F_F24A_2761_A61C));
     }
 
     #[test]

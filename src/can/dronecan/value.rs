@@ -3,6 +3,7 @@
 
 use super::bits;
 use super::dsdl::{Array, Cast, NumberKind, Primitive, Structure, Type};
+use super::transfer::Framing;
 
 /// A value of any type.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,24 +61,30 @@ pub fn empty_message(structure: &Structure, unknown: f64) -> Value {
     Value::List(fields.map(|field| empty(&field.of, unknown)).collect())
 }
 
-/// The payload of a message. A number that does not fit becomes what its type says.
+/// The payload of a message, for such frames. A number that does not fit becomes what its type says.
 ///
 /// # Errors
 /// [`ValueError`] when the value is not one of this type.
-pub fn encode(structure: &Structure, value: &Value) -> Result<Vec<u8>, ValueError> {
+pub fn encode(structure: &Structure, value: &Value, framing: Framing) -> Result<Vec<u8>, ValueError> {
     let mut writer = Writer { bytes: Vec::new(), at: 0 };
-    writer.structure(structure, value, true)?;
+    writer.structure(structure, value, framing == Framing::Classic)?;
     Ok(writer.bytes)
 }
 
-/// The message in a payload, the bits that fill its last byte aside.
+/// The message in a payload of such frames, the bits that fill its last byte aside, and the bytes that fill the last FD frame.
 ///
 /// # Errors
 /// [`ValueError`] when it is none.
-pub fn decode(structure: &Structure, payload: &[u8]) -> Result<Value, ValueError> {
+pub fn decode(structure: &Structure, payload: &[u8], framing: Framing) -> Result<Value, ValueError> {
     let mut reader = Reader { bytes: payload, at: 0 };
-    let value = reader.structure(structure, true)?;
-    if reader.rest() >= 8 {
+    let value = reader.structure(structure, framing == Framing::Classic)?;
+    let written = payload.len() - reader.rest() / 8;
+    let is_filled = match framing {
+        Framing::Classic => written == payload.len(),
+        // A padding is as long as it must be; of several frames the checksum's two bytes are gone.
+        Framing::Fd => framing.sent_bytes(written) >= payload.len(),
+    };
+    if !is_filled {
         return Err(ValueError::TooLong);
     }
     Ok(value)
@@ -153,7 +160,7 @@ impl Writer {
         self.at = end;
     }
 
-    /// `is_last`: nothing follows in the message.
+    /// `is_last`: nothing follows in the message, and an array's count may be left out there.
     fn structure(&mut self, of: &Structure, value: &Value, is_last: bool) -> Result<(), ValueError> {
         if of.is_union {
             let Value::Union(index, value) = value else { return Err(ValueError::Mismatch) };

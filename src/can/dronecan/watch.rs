@@ -4,6 +4,7 @@ use crate::can::protocol::NodeTrouble;
 use crate::can::thresholds::THRESHOLDS;
 use crate::signal::Channel;
 
+use super::assembler::Transfer;
 use super::common::Common;
 use super::transfer::GREATEST_NODE;
 
@@ -67,9 +68,10 @@ impl NodeWatch {
         }
     }
 
-    /// `node` says how it is.
-    pub fn heard(&mut self, common: &Common, node: u8, payload: &[u8], now_ns: u64) {
-        let read = |place: &super::place::BitPlace| place.read(payload);
+    /// A node says how it is.
+    pub fn heard(&mut self, common: &Common, status: &Transfer<'_>) {
+        let (node, now_ns) = (status.header.source, status.stamp_ns);
+        let read = |place: &super::place::BitPlace| place.read(status.payload, status.framing);
         let (Some(known), Some(uptime_s), Some(health), Some(mode)) = (
             self.nodes.get_mut(usize::from(node)),
             read(&common.uptime),
