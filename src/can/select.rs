@@ -24,14 +24,14 @@ pub fn protocol(config: &BusConfig, period_s: f64) -> Result<Box<dyn Protocol>, 
 }
 
 /// The same table with what the bus has to give before a bench can speak there: on DroneCAN a node id, where the bench file leaves
-/// that to an allocator. Waits for it, and says nothing else meanwhile.
+/// that to an allocator. Waits for it until `is_over`, and says nothing else meanwhile.
 ///
 /// # Errors
 /// See [`dronecan::join`].
-pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
+pub fn join(config: &BusConfig, is_over: &dyn Fn() -> bool) -> Result<BusConfig, CanError> {
     match config.protocol {
         ProtocolName::Dbc => Ok(config.clone()),
-        ProtocolName::Dronecan => dronecan::join(config),
+        ProtocolName::Dronecan => dronecan::join(config, is_over),
     }
 }
 

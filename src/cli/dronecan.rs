@@ -33,9 +33,9 @@ struct Asking {
     /// Look at this CAN interface, and not at that of the bench file
     #[arg(long, value_name = "IFACE")]
     interface: Option<String>,
-    /// Ask as this node
-    #[arg(long, value_name = "N", default_value_t = 127)]
-    node_id: u8,
+    /// Ask as this node; without it as the highest number that nobody on the bus has
+    #[arg(long, value_name = "N")]
+    node_id: Option<u8>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -54,7 +54,7 @@ impl BridgeLoop {
     ///
     /// # Errors
     /// A second bridge on the same bench; a bus, DBC file or role that cannot be.
-    pub fn open(config: &BenchConfig, log: LogQueue) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, log: LogQueue, shutdown: &Shutdown) -> Result<Self, ProcessError> {
         config.check()?;
         let guard = super::controller_plant::guard(config)?;
         let period_ns = clock::span_ns(config.period_s);
@@ -62,7 +62,7 @@ impl BridgeLoop {
         let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Bridge)?;
         let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
-        let bus_io = BusIo::open(config, &bench, log)?;
+        let bus_io = BusIo::open(config, &bench, log, shutdown)?;
         let wakes_control = config.trigger == StepTrigger::Imu;
         Ok(Self { guard, bus_io, hold_periods, wakes_control, _bench: bench })
     }
@@ -132,7 +132,7 @@ pub fn bridge(
 ) -> Result<BridgeSummary, ProcessError> {
     check_arming(config, arm)?;
     let log_writer = LogWriter::start(LOG_LINES)?;
-    let mut bridge = BridgeLoop::open(config, log_writer.queue())?;
+    let mut bridge = BridgeLoop::open(config, log_writer.queue(), shutdown)?;
     if arm {
         bridge.guard.arm_by_itself();
     }

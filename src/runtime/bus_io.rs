@@ -12,7 +12,7 @@ use crate::can::{
 };
 use crate::clock;
 use crate::guard::{Cause, State};
-use crate::rt::{LogQueue, Severity};
+use crate::rt::{LogQueue, Severity, Shutdown};
 use crate::shm::{BUS, BenchMember, Publisher};
 use crate::signal::{Applied, BusStatus, Channel, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
@@ -69,12 +69,18 @@ pub struct BusIoSummary {
 }
 
 impl BusIo {
-    /// Opens the bus of the bench file; what it does is published on `bench`.
+    /// Opens the bus of the bench file; what it does is published on `bench`. Where it has to wait for that, `shutdown` ends it.
     ///
     /// # Errors
     /// A DBC file, a role or an interface that cannot be, with its name.
-    pub fn open(config: &BenchConfig, bench: &BenchMember, log: LogQueue) -> Result<Self, ProcessError> {
-        let end = protocol(&join(&config.bus)?, config.period_s)?.bridge_end();
+    pub fn open(
+        config: &BenchConfig,
+        bench: &BenchMember,
+        log: LogQueue,
+        shutdown: &Shutdown,
+    ) -> Result<Self, ProcessError> {
+        let joined = join(&config.bus, &|| shutdown.is_requested())?;
+        let end = protocol(&joined, config.period_s)?.bridge_end();
         let interface = &config.bus.interface;
         let port = BusPort::open_with_echo_of(interface, config.bus.fd, &end.own())?;
         if matches!(port, BusPort::Can(_)) {

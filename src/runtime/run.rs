@@ -90,7 +90,12 @@ impl RunLoop {
     ///
     /// # Errors
     /// A second bridge or controller on the same bench; a bus, DBC file or role that cannot be.
-    pub fn open(config: &BenchConfig, source: CommandSource, log: LogQueue) -> Result<Self, ProcessError> {
+    pub fn open(
+        config: &BenchConfig,
+        source: CommandSource,
+        log: LogQueue,
+        shutdown: &Shutdown,
+    ) -> Result<Self, ProcessError> {
         config.check()?;
         let guard = super::controller_plant::guard(config)?;
         let period_ns = clock::span_ns(config.period_s);
@@ -99,7 +104,7 @@ impl RunLoop {
         let output = ControlOutput::open(&bench, source)?;
         let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After guard and controls: who is refused them must not say a word on the bus, not even a safe one.
-        let bus_io = BusIo::open(config, &bench, log)?;
+        let bus_io = BusIo::open(config, &bench, log, shutdown)?;
         Ok(Self {
             trigger: config.trigger,
             output,
@@ -218,7 +223,7 @@ pub fn run(
 ) -> Result<RunSummary, ProcessError> {
     check_arming(config, arm)?;
     let log_writer = LogWriter::start(LOG_LINES)?;
-    let mut run = RunLoop::open(config, source, log_writer.queue())?;
+    let mut run = RunLoop::open(config, source, log_writer.queue(), shutdown)?;
     if arm {
         run.arm_by_itself();
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::dronecan_own_id::own_node_id;
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
 use crate::can::dronecan::{
@@ -22,8 +23,8 @@ const PROBE: UniqueId = UniqueId(*b"rotorbench.probe");
 pub struct AllocationTask {
     /// CAN interface.
     pub interface: String,
-    /// Node id of the allocator.
-    pub own: u8,
+    /// Node id of the allocator; `None` = one that nobody has, and that it does not give.
+    pub own: Option<u8>,
     /// Lowest and highest node id that is given.
     pub range: (u8, u8),
     /// File that remembers who has which.
@@ -88,8 +89,10 @@ pub fn allocate_node_ids(
         let refuse = |source| AllocateError::File { act: "write", file: path.display().to_string(), source };
         file::check_place(path).map_err(refuse)?;
     }
-    let mut monitor = NodeMonitor::new(task.own)?;
     let mut wire = PortWire::open(&task.interface)?;
+    let (from, to) = task.range;
+    let is_kept = |id| (from..=to).contains(&id) || table.values().any(|given| *given == id);
+    let mut monitor = NodeMonitor::of_allocator(own_node_id(&mut wire, task.own, is_kept)?)?;
     listen(&mut wire, &mut monitor)?;
     let allocator = NodeIdAllocator::new(monitor, task.range, table, keep)?;
     serve(&mut wire, allocator, task.seconds, tell, is_over)

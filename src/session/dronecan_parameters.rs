@@ -1,6 +1,7 @@
 //! Parameters of a node on DroneCAN: read, and written while no rotor can turn.
 
 use super::dronecan_error::ParameterError;
+use super::dronecan_own_id::own_node_id;
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
 use crate::can::dronecan::{
@@ -25,18 +26,19 @@ pub struct ParameterTask {
     pub save: bool,
 }
 
-/// Does what is wished, as the node with the number `own`; the parameters that it is about, as they are then.
+/// Does what is wished, as the node with the number `own` or one that nobody has; the parameters that it is about, as they are then.
 ///
 /// # Errors
 /// [`ParameterError`]; nothing is written unless every bench of this machine and everybody on the bus is disarmed.
 pub fn dronecan_parameters(
     interface: &str,
-    own: u8,
+    own: Option<u8>,
     task: &ParameterTask,
 ) -> Result<Vec<NodeParameter>, ParameterError> {
+    let mut wire = PortWire::open(interface)?;
+    let own = own_node_id(&mut wire, own, |id| id == task.node)?;
     let client = ParameterClient::new(own, task.node)?;
-    Asking { wire: PortWire::open(interface)?, client, own, node: task.node, benches: &operator::look }
-        .fulfil(task)
+    Asking { wire, client, own, node: task.node, benches: &operator::look }.fulfil(task)
 }
 
 /// What the guards of this machine's benches say.

@@ -15,6 +15,7 @@ mod discover;
 mod dronecan_allocate;
 mod dronecan_error;
 mod dronecan_nodes;
+mod dronecan_own_id;
 mod dronecan_parameters;
 mod dronecan_wire;
 mod emulated_run;

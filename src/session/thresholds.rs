@@ -20,6 +20,9 @@ crate::thresholds! {
     whole_ratio: f64 = 0.01, "-", "judgement";
     /// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then
     sluggish_s: f64 = 20.0, "s", "judgement";
+    /// [ns] for which a bus is listened to before somebody who only asks takes a node id that nobody was heard with: each node says
+    /// once a second how it is
+    own_id_listens_ns: u64 = 1_200_000_000, "ns", "DroneCAN specification (MAX_BROADCASTING_PERIOD_MS), and a little";
     /// [ns] for which a bus is listened to before node ids are given: each node says once a second who it is, and an allocator that
     /// is there already answers within one
     allocator_listens_ns: u64 = 3_000_000_000, "ns", "judgement";

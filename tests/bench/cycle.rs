@@ -13,7 +13,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::can::{Roles, kernel_has_can};
 use rotorbench::clock;
-use rotorbench::rt::{self, LogQueue};
+use rotorbench::rt::{self, LogQueue, Shutdown};
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
 use rotorbench::shm::{BenchMember, BenchPlace, ProcessRole, SENSORS, SharedMemoryConfig, Waiter};
@@ -155,7 +155,8 @@ fn frame(id: u32, data: &[u8]) -> libc::can_frame {
 /// `run` as it is, until `stop`.
 fn control_loop(config: &BenchConfig, stop: &AtomicBool) {
     let source = controller_plant::command_source(config).expect("the built-in bench");
-    let mut run = RunLoop::open(config, source, LogQueue::new(16)).expect("the only one");
+    let mut run =
+        RunLoop::open(config, source, LogQueue::new(16), &Shutdown::default()).expect("the only one");
     while !stop.load(Ordering::Relaxed) {
         run.turn();
     }

@@ -12,7 +12,7 @@ use rotorbench::can::dronecan::NodeId;
 use rotorbench::can::{Arrival, Bus, BusPort, Frame, Id};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
-use rotorbench::rt::LogQueue;
+use rotorbench::rt::{LogQueue, Shutdown};
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
 
@@ -217,7 +217,8 @@ fn nodes_without_an_id_get_one_and_are_asked_on_multicast() {
         watcher.until("a guard", |it| it.sequence > 10);
         let mut patience = Patience::seconds(60);
         let list = loop {
-            let list = asked(&bench, &["list", "--node-id", "122"]);
+            // The allocator is 127: whoever asks takes another number by itself.
+            let list = asked(&bench, &["list"]);
             if ["20 ", "21 ", "30 ", "31 ", "125 "]
                 .iter()
                 .all(|id| text(&list).lines().any(|line| line.trim_start().starts_with(id)))
@@ -229,7 +230,7 @@ fn nodes_without_an_id_get_one_and_are_asked_on_multicast() {
         assert_eq!(list.matches("org.rotorbench.emulated").count(), 4, "{list}");
         assert_eq!(list.matches("org.rotorbench.bridge").count(), 1, "{list}");
         // Read only: written is nothing while any bench of this machine is armed, and benches of other tests are.
-        let read = asked(&bench, &["param", "21", "timeout_s", "--node-id", "122"]);
+        let read = asked(&bench, &["param", "21", "timeout_s"]);
         assert!(read.status.success() && text(&read).contains("timeout_s"), "{}", text(&read));
         for process in [&mut run, &mut emulator, &mut server] {
             process.signal(libc::SIGTERM);
@@ -365,7 +366,8 @@ fn the_cycle_on_multicast_does_not_allocate() {
         let bench = bench("mcast-alloc", |_| {});
         let mut emulator: Process = bench.start(&["emulate", "--can", "mcast:3", "--json"]);
         let source = controller_plant::command_source(&bench.config).expect("a controller");
-        let mut run = RunLoop::open(&bench.config, source, LogQueue::new(64)).expect("the only one");
+        let mut run = RunLoop::open(&bench.config, source, LogQueue::new(64), &Shutdown::default())
+            .expect("the only one");
         run.start();
         let stranger = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
         let group: SocketAddr = "239.65.82.3:57732".parse().expect("an address");

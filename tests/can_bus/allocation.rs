@@ -8,7 +8,7 @@ use std::time::Duration;
 use rotorbench::bench::StepTrigger;
 use rotorbench::can::{Frame, Id};
 use rotorbench::guard::OperatorAct;
-use rotorbench::rt::LogQueue;
+use rotorbench::rt::{LogQueue, Shutdown};
 use rotorbench::runtime::bridge::BridgeLoop;
 use rotorbench::runtime::run::RunLoop;
 use rotorbench::runtime::{controller_plant, operator};
@@ -116,7 +116,8 @@ fn the_bridges_cycle_on_a_socket_does_not_allocate() {
     let _control = bench.start(&["control"]);
     let config = bench.config.clone();
     let open = move || {
-        let mut bridge = BridgeLoop::open(&config, LogQueue::new(64)).expect("the only bridge");
+        let mut bridge =
+            BridgeLoop::open(&config, LogQueue::new(64), &Shutdown::default()).expect("the only bridge");
         Box::new(move || bridge.turn()) as Box<dyn FnMut()>
     };
     cycle_does_not_allocate(&bench, &bus, open, "bridge");
@@ -131,7 +132,8 @@ fn the_cycle_of_run_on_a_socket_does_not_allocate() {
         let config = bench.config.clone();
         let open = move || {
             let source = controller_plant::command_source(&config).expect("the built-in bench");
-            let mut run = RunLoop::open(&config, source, LogQueue::new(64)).expect("the only one");
+            let mut run = RunLoop::open(&config, source, LogQueue::new(64), &Shutdown::default())
+                .expect("the only one");
             Box::new(move || run.turn()) as Box<dyn FnMut()>
         };
         cycle_does_not_allocate(&bench, &bus, open, &format!("run, trigger {trigger:?}"));

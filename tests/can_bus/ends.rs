@@ -36,8 +36,9 @@ fn a_panic_in_the_cycle_leaves_zeros_on_the_bus() {
         let cycle = scope.spawn(|| {
             let member =
                 BenchMember::join(&bench.config.name, &bench.config.shared_memory, ProcessRole::Bridge);
-            let mut bus_io = BusIo::open(&bench.config, &member.expect("joined"), LogQueue::new(16))
-                .expect("the bus is up");
+            let mut bus_io =
+                BusIo::open(&bench.config, &member.expect("joined"), LogQueue::new(16), &Shutdown::default())
+                    .expect("the bus is up");
             bus_io.send(&Applied { rotor: [0.5, 0.6], ..Applied::default() });
             panic!("a defect, made for this test");
         });

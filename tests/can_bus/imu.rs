@@ -8,7 +8,7 @@ use rotorbench::bench::{BenchConfig, StepTrigger};
 use rotorbench::can::Roles;
 use rotorbench::clock;
 use rotorbench::guard::{OperatorAct, State};
-use rotorbench::rt::LogQueue;
+use rotorbench::rt::{LogQueue, Shutdown};
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
 use rotorbench::shm::{BenchMember, COMMAND, ProcessRole, STOPS, Waiter};
@@ -27,7 +27,7 @@ fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
 
 fn run_of(config: &BenchConfig) -> RunLoop {
     let source = controller_plant::command_source(config).expect("the built-in bench");
-    RunLoop::open(config, source, LogQueue::new(16)).expect("the only one")
+    RunLoop::open(config, source, LogQueue::new(16), &Shutdown::default()).expect("the only one")
 }
 
 #[test]

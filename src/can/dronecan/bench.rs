@@ -10,6 +10,7 @@ use crate::signal::{Channel, Sensors};
 use super::asking::Asking;
 use super::assembler::{Assembler, Subscription, Transfer};
 use super::bus::DronecanBus;
+use super::join::emulated_unique_id;
 use super::node::Node;
 use super::place::BitPlace;
 use super::store::{MOST_ANSWER, Store};
@@ -74,7 +75,9 @@ impl DronecanBenchEnd {
             for ((node, esc), bounds) in received.senders() {
                 let id = node.unwrap_or_else(|| free_id(bus, at, esc));
                 let place = nodes.iter().position(|known| known.id == id).unwrap_or_else(|| {
-                    nodes.push(Node::new(&bus.common, id, NAME).framed(bus.framing));
+                    let unique_id = emulated_unique_id(bus.unique_id, id);
+                    let node = Node::with_unique_id(&bus.common, id, NAME, unique_id);
+                    nodes.push(node.framed(bus.framing));
                     stores.push(esc.map(Store::of_esc));
                     nodes.len() - 1
                 });
@@ -113,7 +116,10 @@ impl DronecanBenchEnd {
     pub fn asking(bus: &DronecanBus, now_ns: u64) -> Self {
         let mut bench = Self::new(bus, now_ns);
         let wishes: Vec<u8> = bench.nodes.iter_mut().map(|node| std::mem::take(&mut node.id)).collect();
-        let asks = wishes.into_iter().enumerate().map(|(place, id)| (place, Node::unique_id(id), id));
+        let asks = wishes
+            .into_iter()
+            .enumerate()
+            .map(|(place, id)| (place, emulated_unique_id(bus.unique_id, id), id));
         bench.asking = Asking::new(bus.common.allocation, asks);
         bench
     }

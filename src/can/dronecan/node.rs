@@ -40,17 +40,12 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// The node with this id, `name` and a unique id of its own on this bus.
+    /// The node with this id and `name`, which asks others and is asked for little: its unique id is made of its number.
     pub fn new(common: &Common, id: u8, name: &str) -> Self {
-        Self::with_unique_id(common, id, name, Self::unique_id(id))
-    }
-
-    /// The unique id of a node of ours that has this id by itself.
-    pub fn unique_id(id: u8) -> UniqueId {
         let mut unique_id = UniqueId([0; UNIQUE]);
         let unique = b"rotorbench".iter().chain(std::iter::once(&id));
         unique_id.0.iter_mut().zip(unique).for_each(|(place, byte)| *place = *byte);
-        unique_id
+        Self::with_unique_id(common, id, name, unique_id)
     }
 
     /// The same with this unique id.

@@ -8,7 +8,7 @@ use crate::can::resolve::fail;
 use crate::clock::NANOSECONDS_PER_SECOND;
 
 use super::assembler::{Assembler, Subscription};
-use super::common::{Common, name};
+use super::common::{self, Common};
 use super::dsdl::{CompoundBody, Structure};
 use super::library::Library;
 use super::node::Node;
@@ -20,8 +20,9 @@ use super::value::{Value, decode};
 const ASK_AGAIN_NS: u64 = NANOSECONDS_PER_SECOND / 2;
 /// Which of its subscriptions is that of a node that asks who this is.
 const INFO_REQUEST: usize = 2;
-/// How this node names itself while it asks.
+/// How this node names itself while it asks, and where it gives node ids.
 const NAME: &str = "org.rotorbench.list";
+const ALLOCATOR: &str = "org.rotorbench.allocate";
 
 /// A node as it says of itself.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -72,20 +73,32 @@ impl NodeMonitor {
     /// # Errors
     /// [`CanError::Role`] when that is no node's number.
     pub fn new(own: u8) -> Result<Self, CanError> {
+        Self::named(own, NAME)
+    }
+
+    /// The same as the node that gives node ids.
+    ///
+    /// # Errors
+    /// See [`NodeMonitor::new`].
+    pub fn of_allocator(own: u8) -> Result<Self, CanError> {
+        Self::named(own, ALLOCATOR)
+    }
+
+    fn named(own: u8, name: &str) -> Result<Self, CanError> {
         if !(1..=GREATEST_NODE).contains(&own) {
             return Err(fail("dronecan.node_id", format!("{own} is no node id of 1 to {GREATEST_NODE}")));
         }
         let library = Library::build(&[])?;
         let common = Common::build(&library)?;
-        let response = match library.get(name::NODE_INFO).map(|it| &it.body) {
+        let response = match library.get(common::name::NODE_INFO).map(|it| &it.body) {
             Some(CompoundBody::Service(_, response)) => response.clone(),
-            _ => return Err(fail("dronecan", format!("no type `{}`", name::NODE_INFO))),
+            _ => return Err(fail("dronecan", format!("no type `{}`", common::name::NODE_INFO))),
         };
         let kind = TransferKind::Response { to: own };
         let answers = Subscription::new(common.info_id, kind, common.info_signature, response.most_bits());
         Ok(Self {
             assembler: Assembler::new(vec![common.status, answers, common.info_request(own)]),
-            node: Node::new(&common, own, NAME),
+            node: Node::new(&common, own, name),
             seed: answers.seed,
             transfer_ids: BTreeMap::new(),
             nodes: BTreeMap::new(),

@@ -295,7 +295,7 @@ fn bus(
 ) -> Result<StageTimes, ProcessError> {
     let source = controller_plant::command_source(config)?;
     let log_writer = LogWriter::start(16)?;
-    let mut run = RunLoop::open(config, source, log_writer.queue())?;
+    let mut run = RunLoop::open(config, source, log_writer.queue(), shutdown)?;
     if arms {
         run.arm_by_itself();
     }
