@@ -53,7 +53,8 @@ pub use load::{BusLoad, MessageLoad, classic_bits, fd_bits, worst_case};
 pub use multicast::{MulticastGroup, MulticastPort, NetworkDevice};
 pub use port::{Port, kernel_has_can};
 pub use protocol::{
-    BenchEnd, BridgeEnd, IdFilter, MessageDescription, NodeTrouble, Protocol, SignalDescription,
+    BenchEnd, BridgeEnd, ForeignSender, IdFilter, MessageDescription, NodeTrouble, Protocol,
+    SignalDescription,
 };
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, FrameRefusal, Route};

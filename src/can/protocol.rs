@@ -60,6 +60,11 @@ pub trait BridgeEnd: fmt::Debug + Send {
         None
     }
 
+    /// The last one of somebody else who commands the rotors, where the protocol says more of it than that.
+    fn foreign(&self) -> Option<ForeignSender> {
+        None
+    }
+
     /// What became of the frames.
     fn counts(&self) -> Counts;
 }
@@ -110,6 +115,50 @@ pub enum NodeTrouble {
         /// It.
         node: u8,
     },
+}
+
+/// Somebody else who commands the rotors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForeignSender {
+    /// Its command holds a number for each ESC from index 0 to `last`.
+    Commands {
+        /// Its number.
+        node: u8,
+        /// Highest index.
+        last: u8,
+        /// Whether an ESC of ours is among them; else ours are behind, and our command holds zeros for its ESCs.
+        reaches_ours: bool,
+    },
+    /// It says to all ESCs whether their rotors may turn.
+    Arms {
+        /// Its number.
+        node: u8,
+        /// What it says: 255 = they may.
+        status: u8,
+    },
+}
+
+impl ForeignSender {
+    /// What a log says of it: constant sentences, each with its number.
+    #[must_use]
+    pub fn said(self) -> [(&'static str, f64); 2] {
+        let (node, said) = match self {
+            Self::Commands { node, last, reaches_ours: true } => (
+                node,
+                ("its command has a number for every ESC from index 0, ours among them, to index", last),
+            ),
+            Self::Commands { node, last, reaches_ours: false } => {
+                let text =
+                    "its command ends before our ESCs, and ours commands zero to its, from index 0 to index";
+                (node, (text, last))
+            }
+            Self::Arms { node, status } => (
+                node,
+                ("it says in ArmingStatus, to every ESC, whether rotors may turn (255): it says", status),
+            ),
+        };
+        [("the other sender is node", f64::from(node)), (said.0, f64::from(said.1))]
+    }
 }
 
 /// Identifiers: those that agree with one in some bits.

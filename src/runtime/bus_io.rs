@@ -7,8 +7,8 @@ use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
 use crate::can::{
-    Arrival, BridgeEnd, Bus, BusFault, BusPort, Counts, FrameRefusal, InterfaceAnswer, InterfaceStatus,
-    NodeTrouble, PortCounts, check_there, is_virtual, join, protocol,
+    Arrival, BridgeEnd, Bus, BusFault, BusPort, Counts, ForeignSender, FrameRefusal, InterfaceAnswer,
+    InterfaceStatus, NodeTrouble, PortCounts, check_there, is_virtual, join, protocol,
 };
 use crate::clock;
 use crate::guard::{Cause, State};
@@ -213,6 +213,9 @@ impl<B: Bus> BusIo<B> {
             self.foreign_logged_ns = now_ns.saturating_add(THRESHOLDS.foreign_logged_every_ns);
             let text = "another sender commands the rotors; its frames so far";
             self.log.say(Severity::Error, text, self.end.counts().foreign_command as f64);
+            for (text, value) in self.end.foreign().map(ForeignSender::said).into_iter().flatten() {
+                self.log.say(Severity::Error, text, value);
+            }
         }
     }
 

@@ -6,8 +6,8 @@ use rotorbench::can::dronecan::{
 };
 use rotorbench::can::dronecan::{CompoundBody, NodeMonitor, Participant, Value, decode, empty_message};
 use rotorbench::can::{
-    BenchEnd, BridgeEnd, BusConfig, CanError, Frame, FrameRefusal, NodeTrouble, ProtocolName, RotorCommands,
-    SignalConfig, protocol,
+    BenchEnd, BridgeEnd, BusConfig, CanError, ForeignSender, Frame, FrameRefusal, NodeTrouble, ProtocolName,
+    RotorCommands, SignalConfig, protocol,
 };
 use rotorbench::signal::{Applied, Channel, Sample, Sensors};
 
@@ -229,6 +229,16 @@ fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign()
     own.dronecan.esc_index = [2, 3];
     let (mut bridge, _) = ends(&own);
     let mut sensors = Sensors::default();
+    assert_eq!(bridge.foreign(), None);
+    for (transfer_id, values, last, reaches_ours) in
+        [(10, &[100, 100][..], 1, false), (11, &[0, 0, 5], 2, true), (12, &[0; 20], 19, true)]
+    {
+        for frame in raw_command(9, transfer_id, values) {
+            bridge.receive(&frame, S, &mut sensors);
+        }
+        assert_eq!(bridge.foreign(), Some(ForeignSender::Commands { node: 9, last, reaches_ours }));
+    }
+    let before = bridge.counts().foreign_command;
     let mut last = |frames: Vec<Frame>| {
         frames.iter().fold(None, |_, frame| bridge.receive(frame, S, &mut sensors).refused)
     };
@@ -250,7 +260,8 @@ fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign()
         // With our own number it is found as a second node with that.
         assert_eq!(last(arming(100, transfer_id)), None);
     }
-    assert_eq!(bridge.counts().foreign_command, 7);
+    assert_eq!(bridge.counts().foreign_command - before, 7);
+    assert_eq!(bridge.foreign(), Some(ForeignSender::Arms { node: 9, status: 255 }));
 }
 
 /// Two benches on one bus: a command names every ESC from the first on, and arming names none. Neither takes the other for a bench

@@ -5,6 +5,7 @@ mod bad_input;
 mod dronecan;
 mod dronecan_allocation;
 mod dronecan_bench;
+mod dronecan_fd;
 mod dronecan_param;
 mod dronecan_random;
 mod dronecan_refused;

@@ -1,7 +1,7 @@
 //! The bridge as a node of the bus: sensors in, commands, arming and its own state out.
 
 use crate::can::frame::{Frame, Id};
-use crate::can::protocol::{BridgeEnd, IdFilter, NodeTrouble};
+use crate::can::protocol::{BridgeEnd, ForeignSender, IdFilter, NodeTrouble};
 use crate::can::roles::{Counts, Decoded, safe_command};
 use crate::can::route::FrameRefusal;
 use crate::signal::{Applied, Sensors};
@@ -52,6 +52,7 @@ pub(super) struct Bridge {
     arming_id: TransferId,
     /// What was said of arming last, and when [ns].
     armed: Option<(bool, u64)>,
+    foreign: Option<ForeignSender>,
     command: [Frame; MOST_COMMAND],
     due: [Frame; MOST_DUE],
 }
@@ -79,6 +80,7 @@ impl Bridge {
             command_id: TransferId::default(),
             arming_id: TransferId::default(),
             armed: None,
+            foreign: None,
             command: [Frame::EMPTY; MOST_COMMAND],
             due: [Frame::EMPTY; MOST_DUE],
             bus: bus.clone(),
@@ -99,7 +101,7 @@ impl BridgeEnd for Bridge {
 
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, sensors: &mut Sensors) -> Decoded {
         self.counts.frames = self.counts.frames.wrapping_add(1);
-        let Self { bus, assembler, purposes, counts, watch, node, .. } = self;
+        let Self { bus, assembler, purposes, counts, watch, node, foreign, .. } = self;
         let transfer = match assembler.receive(frame, stamp_ns) {
             Ok(Some(transfer)) => transfer,
             Ok(None) => return Decoded { updated: 0, refused: None },
@@ -128,10 +130,18 @@ impl BridgeEnd for Bridge {
             Some(Purpose::Command { is_own_kind }) => {
                 let command = if is_own_kind { &bus.command } else { &bus.other_command };
                 // A command holds a number for each ESC from the first on, and so does ours: whoever commands any is in our way,
-                // or we in his.
-                command.first.read(transfer.payload, transfer.framing).map(|_| FrameRefusal::ForeignCommand)
+                // or we in his. There are no two benches that leave each other alone.
+                command.last(&transfer).map(|last| {
+                    let reaches_ours = bus.esc_index.iter().any(|index| *index <= last);
+                    *foreign = Some(ForeignSender::Commands { node: source, last, reaches_ours });
+                    FrameRefusal::ForeignCommand
+                })
             }
-            Some(Purpose::Arming) => (source != bus.node_id).then_some(FrameRefusal::ForeignCommand),
+            Some(Purpose::Arming) => (source != bus.node_id).then(|| {
+                let status = transfer.payload.first().copied().unwrap_or(0);
+                *foreign = Some(ForeignSender::Arms { node: source, status });
+                FrameRefusal::ForeignCommand
+            }),
             None => Some(FrameRefusal::UnknownId),
         };
         refused.map_or(Decoded { updated: 0, refused: None }, |refusal| self.refuse(refusal))
@@ -192,6 +202,10 @@ impl BridgeEnd for Bridge {
 
     fn trouble(&self, now_ns: u64) -> Option<NodeTrouble> {
         self.watch.trouble(self.bus.node_id, now_ns)
+    }
+
+    fn foreign(&self) -> Option<ForeignSender> {
+        self.foreign
     }
 
     fn counts(&self) -> Counts {

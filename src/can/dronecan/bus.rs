@@ -3,7 +3,7 @@
 use crate::signal::ROTORS;
 
 use super::allocation::UniqueId;
-use super::assembler::Subscription;
+use super::assembler::{Subscription, Transfer};
 use super::common::Common;
 use super::place::BitPlace;
 use super::received::Received;
@@ -26,6 +26,15 @@ pub(super) struct Commanding {
     pub length: usize,
     pub type_id: u16,
     pub subscription: Subscription,
+}
+
+impl Commanding {
+    /// Index of the last ESC that a command of somebody has a number for; `None`: it commands nobody.
+    #[inline]
+    pub(super) fn last(&self, command: &Transfer<'_>) -> Option<u8> {
+        let count = self.first.items(command.payload, command.framing)?;
+        u8::try_from(count.checked_sub(1)?).ok()
+    }
 }
 
 /// The `[bus]` table of a bench on DroneCAN, resolved.

@@ -106,6 +106,16 @@ impl BitPlace {
         }
     }
 
+    /// How many items the array has that this is an item of; `None`: of none.
+    #[must_use]
+    pub(super) fn items(&self, payload: &[u8], framing: Framing) -> Option<usize> {
+        let Item { begin, count_bits, .. } = self.item?;
+        match framing {
+            Framing::Classic => Some((8 * payload.len()).checked_sub(begin)? / self.primitive.bits as usize),
+            Framing::Fd => bits::read(payload, begin, count_bits).map(|count| count as usize),
+        }
+    }
+
     /// [bit] where it ends in a payload of such frames.
     #[must_use]
     pub fn end(&self, framing: Framing) -> usize {
