@@ -7,7 +7,7 @@ use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
-use crate::effect::{Law, find};
+use crate::effect::{Law, Site, Term, acting_as, find};
 use crate::estimation::moments::{mean_of, mean_square};
 use crate::estimation::slope::slope;
 use crate::model::Model;
@@ -29,6 +29,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         warnings.extend(found.split.insufficient_data().and_then(insufficient));
         warnings.extend(of_other_bench(found));
         warnings.extend(one_direction(logs, found));
+        warnings.extend(delay_or_late_reading(logs, blocks, found));
         let (over, channel) = found.over_floor(&found.answer);
         if over > found.at_floor() {
             let name = found.split.train.channels()[channel].name;
@@ -92,6 +93,20 @@ fn one_direction(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> 
         let finding = Finding::new("one_direction_only", "rotors");
         finding.with("rising_rows", ways.rising).with("falling_rows", ways.falling)
     })
+}
+
+/// A delay from a rotor's command to its reading, where neither a load cell nor the body says whether the rotor is late or what is read
+/// of it.
+fn delay_or_late_reading(
+    logs: &[ScreenedLog],
+    blocks: &[SearchResult],
+    found: &SearchResult,
+) -> Option<Finding> {
+    let delay = acting_as(Site::Command, Term::DeadTime)?;
+    let is_delayed = found.answer.model.effects.iter().any(|effect| effect.id == delay.id);
+    let asks_rotors_alone = blocks.iter().all(|block| block.split.train.is_rotor());
+    let is_told = logs.iter().any(|log| !log.thrusts().is_empty());
+    (is_delayed && asks_rotors_alone && !is_told).then(|| Finding::new("delay_or_late_reading", delay.id))
 }
 
 /// The finding for data that cannot tell anything.

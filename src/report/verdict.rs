@@ -1,17 +1,20 @@
 //! The verdict of `diagnose` in a sentence.
 
-use super::findings::text as text_of;
+use super::findings::{sentence as sentence_of, text as text_of};
 use super::{Mark, number};
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::model::Model;
 use crate::report::found_parameters::found_parameters;
 use crate::screening::Finding;
+use crate::screening::checks::rate_behind_thrust::RATE_BEHIND_THRUST;
 
 /// Codes of findings that say whose model it is: another bench's.
 const OF_OTHER_BENCH: [&str; 2] = ["model_of_other_bench", "battery_of_other_bench"];
-/// The code of the finding that stands right under the answer.
+/// The code of a finding that stands right under the answer: what was judged on.
 pub(super) const ONE_DIRECTION: &str = "one_direction_only";
+/// Codes of findings that stand there, too: whether a delay is the rotor's.
+const WHOSE_DELAY: [&str; 2] = [RATE_BEHIND_THRUST, "delay_or_late_reading"];
 
 /// Whether the model is another bench's, so that what is missing in it is no effect.
 #[must_use]
@@ -124,6 +127,7 @@ fn explained_part(effects: &str, error: &ErrorSummary, what: &str) -> String {
 pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     let judged = diagnosis.findings.iter().filter(|finding| finding.code == ONE_DIRECTION);
     let judged = judged.map(|finding| capitalised(&text_of(finding)) + ".");
+    let whose_delay = whose_delay(diagnosis).map(|finding| sentence_of(finding) + ".");
     let errors = diagnosis.alternative_errors.iter();
     let others = diagnosis.alternatives.iter().zip(errors).map(|(other, (error, unit))| {
         let other = other.join(" + ");
@@ -133,7 +137,12 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     let not_held_out = not_held_out.map(|finding| {
         format!("Not held out: {mark}{}{mark} was fitted, too: {}.", finding.log, text_of(finding))
     });
-    not_held_out.chain(judged).chain(others).collect()
+    not_held_out.chain(judged).chain(whose_delay).chain(others).collect()
+}
+
+/// Whether a delay is the rotor's, as the first log says that says it.
+fn whose_delay(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
+    WHOSE_DELAY.into_iter().filter_map(|code| diagnosis.findings.iter().find(|it| it.code == code))
 }
 
 fn capitalised(sentence: &str) -> String {
@@ -147,6 +156,9 @@ pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
     // How far above its noise the error stays is in the answer that names a part, for the channel that it speaks of.
     let is_partial = diagnosis.verdict == Verdict::Unknown && !diagnosis.effects.is_empty();
     let is_said = move |finding: &Finding| {
+        if whose_delay(diagnosis).any(|said| std::ptr::eq(said, finding)) {
+            return true;
+        }
         let rest = diagnosis.error.channel.strip_prefix(finding.subject.as_str());
         finding.code == "error_above_floor" && is_partial && rest.is_some_and(|rest| rest.starts_with(" ["))
     };

@@ -220,6 +220,20 @@ crate::thresholds! {
     loop_news: f64 = 1e-4, "-", "judgement: a sensor's noise is more, an exact simulation's less";
     /// Passes in which such steps are taken out.
     loop_passes: usize = 3, "count", "judgement";
+    /// [s] the latest a rate is looked for behind the thrust that it makes, and steps up to there, at most; half a row is the shortest.
+    late_span: (f64, f64) = (0.15, 60.0), "s, count", "judgement: telemetry of ESCs is not older; time of computing";
+    /// Rows that are looked at for that, scattered over the log, at most.
+    late_most_rows: usize = 10_000, "count", "time of computing";
+    /// Such rows, at least.
+    late_fewest_rows: usize = 200, "count", "judgement";
+    /// Parts of a log that are left out in turn, for the error of how late a rate is.
+    late_parts: usize = 8, "count", "judgement";
+    /// Errors that a rate must be late.
+    late_errors: f64 = 4.0, "standard errors", "normal distribution: 3e-5 by chance";
+    /// [s] a rate that is late by less is in time: air that has yet to move lets thrust go before c ω² by as much.
+    late_rate_s: f64 = 0.005, "s", "judgement";
+    /// Share of what a rate in time leaves of the thrust's variance that a late one leaves, at most.
+    late_error_left: f64 = 2.0 / 3.0, "-", "judgement: as `lead_error_share` of identify";
     /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
     seldom_readings: f64 = 2.5, "time constants", "judgement";
     /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.

@@ -85,6 +85,9 @@ fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
         assert_eq!(answer["effects"], serde_json::json!(["transport_delay"]), "{answer}");
         let found = answer["parameters"]["transport_delay.delay"]["value"].as_f64().expect("a number");
         assert!((found - delay).abs() < 1e-3, "{found}");
+        // The body says that it is the rotors that are late.
+        let findings = answer["findings"].as_array().expect("a list");
+        assert!(findings.iter().all(|it| it["code"] != "delay_or_late_reading"), "{findings:?}");
     }
 }
 

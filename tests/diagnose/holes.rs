@@ -76,5 +76,7 @@ fn holes_right_behind_up_steps_hide_no_delay_and_invent_nothing() {
         let findings = answer["findings"].as_array().expect("a list");
         let hidden = findings.iter().find(|it| it["code"] == "transient_behind_hole").expect("said");
         assert!(hidden["rows"].as_u64() > Some(100), "{hidden}");
+        // No load cell and no body says that it is the rotor that is late.
+        assert!(findings.iter().any(|it| it["code"] == "delay_or_late_reading"), "{findings:?}");
     }
 }

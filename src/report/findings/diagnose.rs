@@ -50,6 +50,10 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
                  for them, and hardly a row shows it step {other}"
             )
         }
+        "delay_or_late_reading" => format!(
+            "{subject}: from command to reading a rotor that is commanded late looks like one that is read late, and nothing in these \
+             logs tells which; a load cell or a body beside the rate would"
+        ),
         "model_of_other_bench" => format!(
             "the model's rates are {:.0} rad/s off, where the rates themselves vary by {:.0} rad/s: it is not this bench's \
              (`rotorbench identify` makes a model)",

@@ -77,6 +77,7 @@ checks! {
         command_follows_rate,
         // Looks at the answers to steps that are left.
         steps_between_rows,
+        rate_behind_thrust,
         // Says how many of the rates are used: all others come before it.
         commands_missing,
     ];

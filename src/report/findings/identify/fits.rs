@@ -51,7 +51,7 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             n("gain")
         ),
         "dead_time_in_model" => format!(
-            "the rotor answers {} ms late: the model has `{}` for it, and the pole fitted beside it, {:.3} rad/s; \
+            "the rate answers {} ms late (the rotor does, or its reading is: a load cell or a body beside it tells): the model has `{}` for it, and the pole fitted beside it, {:.3} rad/s; \
              without it the pole would come out as {:.3}, to make up for the delay (--no-delay leaves it out)",
             with_error(n("delay_ms"), n("delay_error_ms")),
             finding.subject,

@@ -4,7 +4,7 @@ use super::super::numbers::{counted, digits};
 use super::beside_model::electrical;
 use super::cells::more_places;
 use crate::screening::Finding;
-use crate::unit::short;
+use crate::unit::{short, with_error};
 
 /// What is found of one rotor's command, rate, thrust and battery.
 pub(super) fn sentence(finding: &Finding) -> Option<String> {
@@ -108,6 +108,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
              taken from them; record commands that nobody regulates",
             number("correlation"),
             finding.count("readings")
+        ),
+        "rate_behind_thrust" => format!(
+            "the thrust moves {} ms before the rate beside it, and no thrust goes before the rate that makes it: the rate is read late, \
+             by that or more (a load cell may be late, too); so much of a delay or lag from command to rate is its reading's, and not \
+             the rotor's",
+            with_error(1e3 * number("late_s"), 1e3 * number("standard_error_s"))
         ),
         "commands_regulated" => {
             "a controller made the commands of every rotor from its rate: ramps and levels of them are no experiment".to_owned()
