@@ -55,12 +55,67 @@ fn motors_a_and_b_of_a_stand_are_rotors_1_and_2() {
 /// Load cells are labelled in grams: where a force is read, that is its weight.
 #[test]
 fn a_thrust_in_grams_is_a_force() {
-    for (name, unit) in
-        [("Thrust (g)", "gf"), ("Thrust (kg)", "kgf"), ("thrust_g", "gf"), ("Lift [Kg]", "kgf")]
-    {
+    for (name, unit) in [
+        ("Thrust (g)", "gf"),
+        ("Thrust (kg)", "kgf"),
+        ("thrust_g", "gf"),
+        ("Lift [Kg]", "kgf"),
+        ("load_cell_g", "gf"),
+    ] {
         is(&guess_of(&[(name, &[100.0, 700.0])])[0], "thrust_1_n", unit, Certainty::Named);
     }
     is(&guess_of(&[("Mass (g)", &[100.0, 700.0])])[0], "mass_g", "", Certainty::Unknown);
+}
+
+/// `mV` is one word, however it is joined to the name.
+#[test]
+fn a_unit_with_a_prefix_is_read_whole() {
+    for (name, signal, unit) in [
+        ("vbat_mV", "battery_voltage_v", "mV"),
+        ("Voltage mV", "battery_voltage_v", "mV"),
+        ("voltagemV", "battery_voltage_v", "mV"),
+        ("current_mA", "current_1_a", "mA"),
+        ("currentmA", "current_1_a", "mA"),
+        ("currentA", "current_1_a", "A"),
+        ("batteryVoltageV", "battery_voltage_v", "V"),
+    ] {
+        is(&guess_of(&[(name, &[16_000.0, 16_400.0])])[0], signal, unit, Certainty::Named);
+    }
+    // Hundredths are no unit here: the values say what they may be, and nobody says that the name does.
+    let found = &guess_of(&[("volt_cV", &[1600.0, 1640.0])])[0];
+    assert_eq!(found.2, Certainty::UnitGuessed, "{found:?}");
+}
+
+/// The log that VESC Tool writes, as far as it is read here.
+#[test]
+fn a_log_of_vesc_tool_is_understood() {
+    let found = guess_of(&[
+        ("ms_today", &[12_345.0, 12_365.0, 12_385.0]),
+        ("input_voltage", &[16.4, 16.3]),
+        ("temp_mos_max", &[31.0]),
+        ("temp_motor", &[28.0]),
+        ("current_motor", &[1.0, 20.0]),
+        ("current_in", &[1.0, 10.0]),
+        ("erpm", &[21_000.0, 42_000.0]),
+        ("duty_cycle", &[0.1, 0.9]),
+        ("ms_today_setup", &[12_345.0, 12_365.0]),
+        ("speed_meters_per_sec", &[0.0, 0.3]),
+    ]);
+    let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+    let wanted = [
+        "time_s",
+        "battery_voltage_v",
+        "esc_temperature_1_k",
+        "motor_temperature_1_k",
+        "current_1_a",
+        "current_in",
+        "propeller_rate_1_rad_s",
+        "command_1",
+        "ms_today_setup",
+        "speed_meters_per_sec",
+    ];
+    assert_eq!(signals, wanted);
+    assert_eq!([found[0].1.as_str(), found[6].1.as_str()], ["ms", "rpm"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A column's name in words: the unit that it says, the number of its rotor, the part that it is.
 
-use super::meanings::Meaning;
+use super::meanings::{MEANINGS, Meaning};
 use crate::unit::UNITS;
 
 /// Words that end a name and say its unit.
@@ -44,26 +44,8 @@ impl Words {
     pub fn of(name: &str) -> Self {
         let (bare, bracket) = parted(name);
         let mut unit = bracket.and_then(spelled);
-        let mut words = Vec::new();
-        let mut number = bracket.and_then(|text| text.parse().ok());
-        let mut word = String::new();
-        let mut before = ' ';
-        for letter in bare.chars().chain([' ']) {
-            let begins = letter.is_uppercase() && before.is_lowercase();
-            let turns = letter.is_ascii_digit() != before.is_ascii_digit() && !word.is_empty();
-            if !letter.is_alphanumeric() || begins || turns {
-                if let Ok(digits) = word.parse::<usize>() {
-                    number = number.or(Some(digits));
-                } else if !word.is_empty() {
-                    words.push(std::mem::take(&mut word));
-                }
-                word.clear();
-            }
-            if letter.is_alphanumeric() {
-                word.extend(letter.to_lowercase());
-            }
-            before = letter;
-        }
+        let (mut words, said) = words_and_number(bare);
+        let mut number = bracket.and_then(|text| text.parse().ok()).or(said);
         if bracket.is_some_and(|text| text.eq_ignore_ascii_case("erpm")) {
             words.push("erpm".to_owned());
         }
@@ -105,6 +87,44 @@ impl Words {
         let parts: Vec<&str> = wanted.split('_').collect();
         self.words.windows(parts.len()).any(|words| words == parts)
     }
+}
+
+/// The words of a name in small letters, and the first number among them.
+fn words_and_number(bare: &str) -> (Vec<String>, Option<usize>) {
+    let (mut words, mut number, mut word) = (Vec::new(), None, String::new());
+    let mut before = ' ';
+    let mut letters = bare.chars().chain([' ']).peekable();
+    while let Some(letter) = letters.next() {
+        // `mV`, `cA`: the letters of one unit, not the beginning of a word.
+        let ends = letters.peek().is_none_or(|next| !next.is_alphanumeric());
+        let is_electric = ends && matches!(letter, 'V' | 'A');
+        if let Some(quantity) = word.strip_suffix('m').filter(|word| is_electric && is_quantity(word)) {
+            // `currentmA`: no `currentm` in A.
+            words.push(quantity.to_owned());
+            word = "m".to_owned();
+        }
+        let is_unit = is_electric && word.chars().count() == 1;
+        let begins = letter.is_uppercase() && before.is_lowercase() && !is_unit;
+        let turns = letter.is_ascii_digit() != before.is_ascii_digit() && !word.is_empty();
+        if !letter.is_alphanumeric() || begins || turns {
+            if let Ok(digits) = word.parse::<usize>() {
+                number = number.or(Some(digits));
+            } else if !word.is_empty() {
+                words.push(std::mem::take(&mut word));
+            }
+            word.clear();
+        }
+        if letter.is_alphanumeric() {
+            word.extend(letter.to_lowercase());
+        }
+        before = letter;
+    }
+    (words, number)
+}
+
+/// Whether a word means a voltage or a current.
+fn is_quantity(word: &str) -> bool {
+    MEANINGS.iter().any(|meaning| matches!(meaning.si, "V" | "A") && meaning.words.contains(&word))
 }
 
 /// Whether a word of a name begins with a digit, and letters and digits follow: the name of a part.
