@@ -1,7 +1,7 @@
 //! A guess that somebody mends: what a column becomes, and in which unit it comes.
 
 use super::guess::{Certainty, GuessedColumn, meant_by, own_name, said_unit};
-use super::signals::log_signal;
+use super::signals::{log_signal, rotor_of};
 use crate::signal::columns;
 use crate::unit::{UNITS, Unit, UnitError};
 
@@ -33,6 +33,17 @@ pub enum MendError {
         column: String,
         /// What is wrong with it.
         source: UnitError,
+    },
+    /// An electrical rate without the pole pairs.
+    #[error(
+        "column `{column}`: `{unit}` is electrical: say the motor's pole pairs, half of its magnets, as `erpm/7`, from `erpm/1` to \
+         `erpm/24`"
+    )]
+    PolePairs {
+        /// The column.
+        column: String,
+        /// What was said.
+        unit: String,
     },
     /// A unit of a channel that is only carried along.
     #[error(
@@ -85,6 +96,38 @@ const COMMANDS: [Conversion; 5] = [
     conversion("dshot", "-", 1.0 / 1999.0, -48.0 / 1999.0),
 ];
 
+/// Electrical revolutions a minute of a motor with so many pole pairs.
+const ELECTRICAL: [Conversion; 24] = [
+    electrical("erpm/1", 1.0),
+    electrical("erpm/2", 2.0),
+    electrical("erpm/3", 3.0),
+    electrical("erpm/4", 4.0),
+    electrical("erpm/5", 5.0),
+    electrical("erpm/6", 6.0),
+    electrical("erpm/7", 7.0),
+    electrical("erpm/8", 8.0),
+    electrical("erpm/9", 9.0),
+    electrical("erpm/10", 10.0),
+    electrical("erpm/11", 11.0),
+    electrical("erpm/12", 12.0),
+    electrical("erpm/13", 13.0),
+    electrical("erpm/14", 14.0),
+    electrical("erpm/15", 15.0),
+    electrical("erpm/16", 16.0),
+    electrical("erpm/17", 17.0),
+    electrical("erpm/18", 18.0),
+    electrical("erpm/19", 19.0),
+    electrical("erpm/20", 20.0),
+    electrical("erpm/21", 21.0),
+    electrical("erpm/22", 22.0),
+    electrical("erpm/23", 23.0),
+    electrical("erpm/24", 24.0),
+];
+
+const fn electrical(name: &'static str, pole_pairs: f64) -> Conversion {
+    conversion(name, "rpm", 1.0 / pole_pairs, 0.0)
+}
+
 /// The forms of commands, as they are written.
 fn forms() -> String {
     COMMANDS.map(|form| format!("`{}`", form.name)).join(", ")
@@ -103,7 +146,13 @@ pub fn conversions(signal: &str) -> Vec<Conversion> {
             found.push(unit);
         }
     }
-    found.into_iter().map(|unit| conversion(unit.name, unit.name, 1.0, 0.0)).collect()
+    let units = found.into_iter().map(|unit| conversion(unit.name, unit.name, 1.0, 0.0));
+    // Of one pole pair it is `rpm` itself.
+    units.chain(ELECTRICAL.into_iter().skip(1).filter(|_| is_rate_of_rotor(signal))).collect()
+}
+
+fn is_rate_of_rotor(signal: &str) -> bool {
+    rotor_of(signal).is_some_and(|rotor| signal == columns::propeller_rate(rotor))
 }
 
 /// Whether a column comes so.
@@ -177,7 +226,14 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
         return if unit.is_none_or(str::is_empty) { Ok(("", 1.0, 0.0)) } else { Err(own()) };
     };
     let word = unit.unwrap_or_else(|| said_unit(column, known.unit).unwrap_or(known.unit));
-    let form = if columns::is_command(signal) { COMMANDS.iter().find(|it| it.name == word) } else { None };
+    let forms: &[Conversion] = if columns::is_command(signal) {
+        &COMMANDS
+    } else if is_rate_of_rotor(signal) {
+        &ELECTRICAL
+    } else {
+        &[]
+    };
+    let form = forms.iter().find(|it| it.name == word);
     if let Some(form) = form {
         return Ok((form.unit, form.scale, form.offset));
     }
@@ -186,6 +242,9 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
         Err(_) if columns::is_command(signal) => {
             let [column, signal, unit] = [column, signal, word].map(str::to_owned);
             Err(MendError::Command { column, signal, unit })
+        }
+        Err(_) if is_rate_of_rotor(signal) && word.to_ascii_lowercase().starts_with("erpm") => {
+            Err(MendError::PolePairs { column: column.to_owned(), unit: word.to_owned() })
         }
         Err(source) => Err(MendError::Unit { column: column.to_owned(), source }),
     }
@@ -252,6 +311,24 @@ mod tests {
         mend(&mut columns, other, "note", None).expect("carried along");
         let named = |name: &str| columns.iter().filter(|it| it.signal == name).count();
         assert_eq!((named("note"), named("note_2")), (1, 1));
+    }
+
+    #[test]
+    fn an_electrical_rate_comes_in_pole_pairs() {
+        let rate = "propeller_rate_1_rad_s";
+        let mut columns = guess(&[SampledColumn { name: "eRPM".to_owned(), values: vec![42_000.0] }]);
+        let shown = |columns: &[GuessedColumn]| -> Vec<&str> {
+            conversions(rate).iter().filter(|it| is_in(&columns[0], it)).map(|it| it.name).collect()
+        };
+        assert_eq!(shown(&columns), ["erpm/7"], "as it is guessed");
+        mend(&mut columns, "eRPM", rate, Some("erpm/6")).expect("mended");
+        assert_eq!((columns[0].unit.as_str(), columns[0].scale), ("rpm", 1.0 / 6.0));
+        assert_eq!(shown(&columns), ["erpm/6"]);
+        for unit in ["erpm", "eRPM/x", "erpm/25"] {
+            let refused = mend(&mut columns, "eRPM", rate, Some(unit)).expect_err("no pole pairs");
+            assert!(refused.to_string().contains("half of its magnets"), "{refused}");
+        }
+        assert!(conversions("body_rate_rad_s").iter().all(|it| !it.name.starts_with("erpm")));
     }
 
     #[test]

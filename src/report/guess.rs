@@ -64,8 +64,15 @@ pub fn text(guessed: &GuessedLog) -> String {
         );
     }
     if guessed.mapping.time.is_none() {
-        text += "No column looks like the time (stamps of date and time are not read): write one of seconds, or `period_s`, into [time] of \
-                 the mapping.\n";
+        text += "No column looks like the time (stamps of date and time are not read): say which it is and what it comes in (s, ms, us), \
+                 `--column 'COLUMN=time_s:ms'`, or write `period_s` into [time] of the mapping.\n";
+    }
+    if let Some(it) = guessed.columns.iter().find(|it| it.certainty == Certainty::Electrical) {
+        let (column, signal) = (&it.column, &it.signal);
+        text += &format!(
+            "`{column}` is electrical, and {} pole pairs are assumed. Of a motor with 12 magnets: `--column '{column}={signal}:erpm/6'`\n",
+            short(1.0 / it.scale)
+        );
     }
     text + &without_command(guessed)
 }

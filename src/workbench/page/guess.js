@@ -4,6 +4,7 @@ import { act, save } from "./act.js";
 import { button, element, lastPart, number, table } from "./dom.js";
 
 const LEFT_OUT = "-";
+const ELECTRICAL = "erpm/";
 const COMMANDS = { "-": "0 to 1", "%": "percent", us: "pulses in µs", ms: "pulses in ms", dshot: "DShot, 48 to 2047" };
 
 function select(label, options, chosen, choose) {
@@ -16,7 +17,8 @@ function row(log, guess, it) {
   const known = guess.signals.includes(it.signal);
   const signals = [...guess.signals.map(name => [name, name]), [it.own, `carried along: ${it.own}`], [LEFT_OUT, "left out"]];
   const chosen = it.is_read ? (known ? it.signal : it.own) : LEFT_OUT;
-  const name = unit => (it.signal.startsWith("command_") ? COMMANDS[unit] : unit);
+  const electrical = unit => `eRPM, ${unit.slice(ELECTRICAL.length)} pole pairs`;
+  const name = unit => (it.signal.startsWith("command_") ? COMMANDS[unit] : unit.startsWith(ELECTRICAL) ? electrical(unit) : unit);
   return [
     element("b", {}, it.column),
     select("what " + it.column + " becomes", signals, chosen, signal => mend(signal)),
