@@ -329,7 +329,8 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog], detail: Detail, nex
     if !said.is_empty() {
         out += &(said + "\n");
     }
-    let wanting = found.iter().flatten().any(|comparison| !comparison.is_adequate());
+    // The command goes on with the last model.
+    let wanting = found.iter().filter_map(|models| models.last()).any(|comparison| !comparison.is_adequate());
     if wanting {
         // Writing to a `String` cannot fail.
         let _ =
