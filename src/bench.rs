@@ -93,6 +93,15 @@ pub enum BenchError {
         /// The file.
         path: PathBuf,
     },
+    /// What the columns of a log mean.
+    #[error(
+        "{} is a mapping, and a bench file is wanted here (`rotorbench check --template` writes one); mappings go to `--mapping`",
+        path.display()
+    )]
+    IsMapping {
+        /// The file.
+        path: PathBuf,
+    },
     /// No file of settings at all.
     #[error(
         "{} is a log, and a bench file is wanted here (`rotorbench check --template` writes one); logs go to `--log`", path.display()
@@ -152,6 +161,7 @@ impl BenchConfig {
             let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
             match settings_kind(text) {
                 Some(SettingsKind::Model) => BenchError::IsModel { path },
+                Some(SettingsKind::Mapping) => BenchError::IsMapping { path },
                 Some(SettingsKind::Log) => BenchError::IsLog { path },
                 _ => BenchError::Parse { path, line, column, reason: toml_reason(text, &error) },
             }

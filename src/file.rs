@@ -59,6 +59,8 @@ pub enum SettingsKind {
     Bench,
     /// A model.
     Model,
+    /// What the columns of a log mean.
+    Mapping,
     /// No settings: rows of columns, as a log has.
     Log,
 }
@@ -79,14 +81,16 @@ pub fn settings_kind(text: &str) -> Option<SettingsKind> {
         "emulator",
     ];
     const MODEL: [&str; 2] = ["actuator", "body"];
+    const MAPPING: [&str; 2] = ["signal", "time"];
     let Ok(table) = text.parse::<toml::Table>() else {
         let line = text.lines().next().unwrap_or_default();
         return (line.contains([',', ';', '\t']) && !line.contains('=')).then_some(SettingsKind::Log);
     };
     let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
-    match (has(&BENCH), has(&MODEL)) {
-        (true, false) => Some(SettingsKind::Bench),
-        (false, true) => Some(SettingsKind::Model),
+    match (has(&BENCH), has(&MODEL), has(&MAPPING)) {
+        (true, false, false) => Some(SettingsKind::Bench),
+        (false, true, false) => Some(SettingsKind::Model),
+        (false, false, true) => Some(SettingsKind::Mapping),
         _ => None,
     }
 }

@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, default_value = "paper")]
     model: PathBuf,
     /// Effects to add
-    #[arg(long, num_args = 1.., required_unless_present_any = ["step_back", "recalibrate"])]
+    #[arg(long, num_args = 1.., value_delimiter = ',', required_unless_present_any = ["step_back", "recalibrate"])]
     effect: Vec<String>,
     /// Add nothing: refit the model's own numbers, those whose change the logs ask for
     #[arg(long, conflicts_with_all = ["effect", "step_back"])]

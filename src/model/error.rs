@@ -33,6 +33,14 @@ pub enum ModelError {
         /// The file.
         path: PathBuf,
     },
+    /// What the columns of a log mean.
+    #[error(
+        "{path} is a mapping, and a model is wanted here: `paper`, or what `identify -o` wrote; mappings go to `--mapping`"
+    )]
+    IsMapping {
+        /// The file.
+        path: PathBuf,
+    },
     /// No model at all.
     #[error(
         "{path} is a log, and a model is wanted here: `paper`, or what `identify -o` wrote; logs go to `--log` and `--validate`"

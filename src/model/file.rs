@@ -44,6 +44,7 @@ impl Model {
         let in_file = |reason: String| ModelError::Syntax { path: path.to_owned(), reason };
         let model: Self = toml::from_str(text).map_err(|error| match kind(text) {
             Some(SettingsKind::Bench) => ModelError::IsBench { path: path.to_owned() },
+            Some(SettingsKind::Mapping) => ModelError::IsMapping { path: path.to_owned() },
             Some(SettingsKind::Log) => ModelError::IsLog { path: path.to_owned() },
             _ => in_file(toml_error(text, &error)),
         })?;

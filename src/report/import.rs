@@ -39,7 +39,13 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
         ));
     }
     lines.extend(note_lines(notes));
-    lines.extend(findings.findings.iter().map(|warning| format!("warning: {}", sentence(warning))));
+    for warning in &findings.findings {
+        // What is of the whole log comes once for each rotor.
+        let line = format!("warning: {}", sentence(warning));
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
     lines.join("\n") + "\n"
 }
 

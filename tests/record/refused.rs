@@ -80,9 +80,12 @@ fn each_refusal_names_what_is_wrong_and_what_helps() {
     let falls = Model { actuator: Actuator { steady_rate, ..paper.actuator.clone() }, ..paper };
     let falls = file("falls.toml", &falls.emit().expect("a model"));
     let comma = file("comma.toml", "period_s = 0,02\n");
-    let cases: [(&[&str], &[&str]); 8] = [
+    let mapping = file("stand.toml", "description = 'a stand'\n[time]\ncolumn = 't'\nunit = 's'\n");
+    let cases: [(&[&str], &[&str]); 10] = [
         (&["design", "--model", &bench], &["bench.toml is a bench file, and a model is wanted here"]),
         (&["check", "--config", &model], &["m.toml is a model, and a bench file is wanted here"]),
+        (&["design", "--model", &mapping], &["stand.toml is a mapping, and a model is wanted here"]),
+        (&["check", "--config", &mapping], &["stand.toml is a mapping, and a bench file is wanted here"]),
         (&["design", "--model", &falls], &["falls.toml: model `paper`", "0.455 and 0.555", "--degree 2"]),
         (&["check", "--config", &comma], &["comma.toml, line 1", "a decimal comma? write 0.02"]),
         (&["check", &bench], &["tip: a file needs its option: `--config "]),
