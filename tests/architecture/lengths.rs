@@ -13,6 +13,9 @@ const LONGEST_FUNCTION: usize = 50;
 /// Lines of a file, at most, without its tests.
 const LONGEST_FILE: usize = 420;
 
+/// Files that are longer: each is one table, which is read by the line.
+const LONG_FILES: &[&str] = &["screening/thresholds.rs"];
+
 /// Functions that are longer: file, name, and why.
 const LONG_FUNCTIONS: &[(&str, &str, &str)] = &[
     (
@@ -72,7 +75,9 @@ fn functions_and_files_are_short() {
         }
         let text = program(&fs::read_to_string(&file).expect("source is UTF-8"));
         let lines = text.lines().count();
-        if lines > LONGEST_FILE {
+        if LONG_FILES.contains(&name.as_str()) {
+            assert!(lines > LONGEST_FILE, "{name} is no longer long");
+        } else if lines > LONGEST_FILE {
             found.push(format!("{name}: {lines} lines"));
         }
         for (function, lines) in functions(&text).into_iter().filter(|(_, lines)| *lines > LONGEST_FUNCTION) {
