@@ -47,15 +47,24 @@ fn nothing_is_claimed_of_logs_that_are_what_they_say() {
         assert!(claimed.is_empty(), "{name}: {claimed:?}, {}", case.truth);
         asked += 1;
     }
-    assert!(asked > 50, "{asked} cases");
+    assert!(asked > 40, "{asked} cases");
 }
 
 #[test]
 fn commands_that_step_between_rows_are_seen() {
+    let mut asked = 0;
     for number in 0..12 {
         let case = between_rows::Case::draw(number, 71_000 + number);
+        let of = |name: &str| case.truth[name].as_f64().expect("a number");
+        // [rad/s] what a step of 200 rad/s moves the rate by within a row: what noise hides nobody sees.
+        let in_row = 200.0 * of("pole_1_s") / of("rate_hz");
+        if in_row < 2.0 * case.truth["noise"]["propeller_rate_rad_s"].as_f64().expect("a number") {
+            continue;
+        }
+        asked += 1;
         let folder = tempfile::tempdir().expect("a folder");
         case.write(folder.path()).expect("written");
         assert_eq!(claimed(folder.path()), ["steps_between_rows"], "{}", case.truth);
     }
+    assert!(asked > 6, "{asked} cases");
 }
