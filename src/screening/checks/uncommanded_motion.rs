@@ -90,8 +90,10 @@ mod tests {
         let mut rate = 600.0;
         let mut rates = Vec::new();
         for row in 0..6000_usize {
-            let scatter =
-                noise * (f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 128.0 - 1.0);
+            // Mixed twice: the digits of one product tell of each other, and a controller's command would know of the noise, too.
+            let mixed = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let scatter = noise * ((mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0);
             rates.push(rate + scatter);
             let commanded = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
             rate += 0.27 * (1400.0 * commanded - rate);
