@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::golden_section::golden;
+use super::quantile::median;
 use super::step_course::Curve;
 use super::step_trial::{Following, Profile, Steps, Trial};
 pub(crate) use super::step_trial::{Hold, Stepped};
@@ -95,9 +96,7 @@ impl Instants {
 impl Stepped<'_> {
     /// The instants; `None` where fewer steps than `fewest` can be looked at.
     pub(crate) fn instants(&self, fewest: usize) -> Option<Instants> {
-        let lasts = |hold: &Hold| hold.end - hold.from > THRESHOLDS.shortest_hold_rows;
-        let usable = self.stretches.iter().flat_map(|holds| holds.windows(2));
-        if usable.filter(|pair| pair.iter().all(lasts)).count() < fewest {
+        if !self.is_stepwise(fewest) {
             return None;
         }
         let (few, many) =
@@ -133,6 +132,21 @@ impl Stepped<'_> {
             answered,
             left: noise.sqrt(),
         })
+    }
+
+    /// Whether the input stands between its steps: `fewest` of them lie between holds that last, and no more do not that are nearly as
+    /// large. (What moves from row to row leaves no hold in which its answer could be seen.)
+    fn is_stepwise(&self, fewest: usize) -> bool {
+        let lasts = |hold: &Hold| hold.end - hold.from > THRESHOLDS.shortest_hold_rows;
+        let (mut clear, mut others) = (Vec::new(), Vec::new());
+        for pair in self.stretches.iter().flat_map(|holds| holds.windows(2)) {
+            let size = (pair[1].input - pair[0].input).abs();
+            let kind = if pair.iter().all(lasts) { &mut clear } else { &mut others };
+            kind.push(size);
+        }
+        let usual = median(clear.iter().copied()).unwrap_or(f64::INFINITY);
+        let disturbing = others.iter().filter(|size| **size > THRESHOLDS.disturbing_step * usual).count();
+        clear.len() >= fewest && disturbing <= clear.len()
     }
 
     /// [s] half of the holds last longer.

@@ -131,6 +131,8 @@ crate::thresholds! {
     shortest_of_lag: usize = 8, "count", "judgement: most of both is still in common";
     /// [rows] of a hold up to which a step to it says nothing of its instant: level and instant are two numbers
     shortest_hold_rows: usize = 4, "rows", "judgement";
+    /// [-] size of a change, over that of usual steps, from which it disturbs what follows them
+    disturbing_step: f64 = 0.5, "-", "judgement: a ramp's changes are far below, those of a random sequence as large";
     /// steps, from the beginning on, to which the way an output follows them is fitted
     searched_steps: usize = 40, "count", "judgement (time of computing)";
     /// steps from which on it is asked whether their instants drift
