@@ -89,12 +89,23 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn plan(arguments: &PlanArguments) -> CliResult {
     super::output::writable(&arguments.output, [], arguments.force)?;
     let plan = Plan::of_folders(&arguments.folders)?;
+    if let Some(log) = cancellable(|cancel| Ok(foreign_log(&plan, &Job::unwatched(cancel))))? {
+        eprintln!("{}", report::fleet::foreign_log(log));
+    }
     let text = toml::to_string(&plan)?;
     match &arguments.output {
         Some(path) => write_atomically(path, text.as_bytes()).map_err(UsageError::at(path))?,
         None => print!("{text}"),
     }
     Ok(Outcome::Done)
+}
+
+/// The first log whose columns have no meaning without a mapping; of each bench one is looked at.
+fn foreign_log<'a>(plan: &'a Plan, job: &Job) -> Option<&'a Path> {
+    let logs =
+        plan.benches.iter().filter(|bench| bench.mapping.is_none()).filter_map(|bench| bench.log.first());
+    // What cannot be read is said by the run.
+    logs.map(PathBuf::as_path).find(|log| matches!(session::guess_columns(log, job), Ok(Some(_))))
 }
 
 fn shard(arguments: &RunArguments) -> CliResult {

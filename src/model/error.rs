@@ -82,8 +82,15 @@ pub(super) fn nearest_id<'a>(id: &str, own: impl Iterator<Item = &'a str>) -> Op
         let shared = wanted.intersection(&other).count();
         (200 * shared).checked_div(wanted.len() + other.len()).unwrap_or(0)
     };
-    let known = CATALOGUE.iter().map(|card| card.id).chain(own);
-    let (best, share) = known.map(|known| (known, similarity(known))).max_by_key(|(_, share)| *share)?;
+    let known: Vec<&str> = CATALOGUE.iter().map(|card| card.id).chain(own).collect();
+    // A word of several ids means any of them.
+    let of_word: Vec<&str> =
+        known.iter().copied().filter(|known| known.split('_').any(|word| word == id)).collect();
+    if !of_word.is_empty() {
+        return Some(of_word.join("`, `"));
+    }
+    let (best, share) =
+        known.into_iter().map(|known| (known, similarity(known))).max_by_key(|(_, share)| *share)?;
     // Below a third of shared letter pairs it would be a guess.
     (share > 33).then(|| best.to_owned())
 }

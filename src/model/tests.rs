@@ -76,6 +76,10 @@ fn a_wrong_model_file_says_where() {
             "[[effects]]\nid = \"gravity_pendulun\"\n",
             "unknown effect `gravity_pendulun`; did you mean `gravity_pendulum`?",
         ),
+        (
+            "[[effects]]\nid = \"delay\"\n",
+            "unknown effect `delay`; did you mean `transport_delay`, `torque_delay`?",
+        ),
         ("[[effects]]\nid = \"torque_bias\"\n", "lacks its parameter `torque`"),
         (
             "[[effects]]\nid = \"torque_bias\"\n[effects.parameters]\ntorque = 1.0\ntork = 2.0\n",

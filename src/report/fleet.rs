@@ -1,5 +1,7 @@
 //! Many benches as a screen and as a page.
 
+use std::path::Path;
+
 use super::findings::sentence;
 use super::table::number;
 use super::{Mark, Page, TextTable};
@@ -36,6 +38,16 @@ pub fn page(fleet: &Fleet) -> Page {
 #[must_use]
 pub fn refusal(error: &str) -> String {
     error.replace("`--mapping`", "`mapping = \"FILE\"` of the bench in the plan")
+}
+
+/// What is said of a plan with a log of another program.
+#[must_use]
+pub fn foreign_log(log: &Path) -> String {
+    let log = log.display();
+    format!(
+        "hint: the columns of {log} are another program's: say `mapping = \"FILE\"` at each [[bench]] with such logs before `fleet run` \
+         (`rotorbench import {log} --write-mapping FILE` writes a guess to look at)"
+    )
 }
 
 /// A line for each thing heard of a shard.
