@@ -35,7 +35,11 @@ impl SensorWatch {
         match self.silent_since_ns {
             None if is_silent => {
                 self.silent_since_ns = Some(newest_ns);
-                let text = "the sensors have stopped: no new body rate; age of the last one [s]";
+                let text = if gyro_ns > 0 {
+                    "the sensors have stopped: no new body rate; age of the last one [s]"
+                } else {
+                    "the sensors have stopped: no new value of any; age of the last one [s]"
+                };
                 self.log.say(Severity::Warning, text, clock::span_s(now_ns.saturating_sub(newest_ns)));
             }
             Some(since_ns) if !is_silent => {

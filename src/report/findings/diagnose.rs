@@ -69,9 +69,10 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             if finding.count("rate_of_angle") > 0 { "angle's" } else { "gyro's" }
         ),
         "battery_or_time" => format!(
-            "{subject}: the battery falls steadily in {} ({:+.2} V a minute, {:.0} % of what it does), so battery, heat and drift look \
+            "{subject}: the battery {} steadily in {} ({:+.2} V a minute, {:.0} % of what it does), so battery, heat and drift look \
              the same here; record the same commands again with the battery at another charge and the motor cold: what is the \
              battery's goes with the voltage, what is heat's comes again with the time",
+            if finding.number("v_each_minute") < 0.0 { "falls" } else { "rises" },
             if finding.count("logs") == 1 { "this log" } else { "all of these logs" },
             finding.number("v_each_minute"),
             100.0 * finding.number("share")
