@@ -28,13 +28,13 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
     for channel in &findings.channels {
         let [least, greatest] = channel.range;
         lines.push(format!(
-            "{:<24}{:>9}{:>9}{:>10.2}{:>14.6}{:>14.6}{}",
+            "{:<24}{:>9}{:>9}{:>10.2}{:>14}{:>14}{}",
             channel.name,
             channel.samples,
             channel.missing,
             1e3 * channel.median_interval_s,
-            least,
-            greatest,
+            cell(least),
+            cell(greatest),
             if log_signal(&channel.name).is_none() { "  carried along, not used" } else { "" }
         ));
     }
@@ -47,6 +47,12 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
         }
     }
     lines.join("\n") + "\n"
+}
+
+/// A value of a channel, in a column of 14 letters: with a power of ten where its digits need more.
+fn cell(value: f64) -> String {
+    let digits = format!("{value:.6}");
+    if digits.len() < 14 { digits } else { format!("{value:.5e}") }
 }
 
 /// What became of the frames of a capture.
@@ -178,4 +184,15 @@ fn skipped(of: &Skipped) -> String {
     };
     let subject = if subject.is_empty() { String::new() } else { format!(" ({subject})") };
     format!("note: {count} {what}{subject}, the first at byte {first_byte}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_keep_to_their_column() {
+        let cells = [0.4, -12_345.678, 3.234_567_89e14, -1e300, f64::NAN].map(cell);
+        assert_eq!(cells, ["0.400000", "-12345.678000", "3.23457e14", "-1.00000e300", "NaN"]);
+    }
 }

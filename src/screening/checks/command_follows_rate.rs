@@ -58,8 +58,7 @@ fn pasts(data: &RotorLog) -> Vec<Readings> {
     }
     let spans = found.iter().map(|rows| data.time[rows[READINGS - 1]] - data.time[rows[0]]);
     let usual = median(spans).unwrap_or(0.0);
-    found
-        .retain(|rows| data.time[rows[READINGS - 1]] - data.time[rows[0]] < THRESHOLDS.gap_factor * usual);
+    found.retain(|rows| data.time[rows[READINGS - 1]] - data.time[rows[0]] < THRESHOLDS.gap_factor * usual);
     found
 }
 
@@ -73,7 +72,8 @@ fn share_moved(data: &RotorLog, pasts: &[Readings]) -> f64 {
 fn known(data: &RotorLog, pasts: &[Readings], first: usize, later: usize) -> [DMatrix<f64>; 2] {
     let row = |rows: &Readings| -> [Vec<f64>; 2] {
         let rows = &rows[first..first + BEFORE + later + 1];
-        let times = || rows.windows(2).map(|pair| (data.time[pair[1]] - data.time[pair[0]]) / data.interval - 1.0);
+        let times =
+            || rows.windows(2).map(|pair| (data.time[pair[1]] - data.time[pair[0]]) / data.interval - 1.0);
         let part = |column: &[f64], readings: usize| -> Vec<f64> {
             let slope = column[rows[BEFORE - 1]] - column[rows[0]];
             let last = rows[..readings].iter().map(|row| column[*row]);
@@ -135,7 +135,8 @@ fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64>
         if kept.len() < THRESHOLDS.new_fewest / 2 {
             return None;
         }
-        let over = |a: &[(f64, f64)], b: &[(f64, f64)]| kept.iter().map(|at| a[*at].1 * b[*at].1).sum::<f64>();
+        let over =
+            |a: &[(f64, f64)], b: &[(f64, f64)]| kept.iter().map(|at| a[*at].1 * b[*at].1).sum::<f64>();
         found = over(&rate, &command) / (over(&rate, &rate) * over(&command, &command)).sqrt();
     }
     found.is_finite().then_some(found)
@@ -205,7 +206,8 @@ mod tests {
     fn a_smooth_command_is_not_made_from_the_noise_of_the_rate() {
         for (sines, amplitude) in [(4, 0.012), (7, 0.008), (12, 0.005)] {
             let wave = |row: usize| -> f64 {
-                let sine = |of: usize| (0.01 * row as f64 * (1.1 + 1.37 * of as f64) + of as f64 * of as f64).sin();
+                let sine =
+                    |of: usize| (0.01 * row as f64 * (1.1 + 1.37 * of as f64) + of as f64 * of as f64).sin();
                 0.45 + amplitude * (0..sines).map(sine).sum::<f64>()
             };
             let (mut rate, mut commands, mut rates) = (540.0, Vec::new(), Vec::new());
@@ -223,7 +225,9 @@ mod tests {
     #[test]
     fn rows_that_come_late_make_no_controller() {
         for (late, known) in [(0.004, true), (0.004, false), (0.012, true), (0.012, false)] {
-            let stamp = |row: usize| 0.02 * row as f64 + late * (0.5 + 0.5 * noise(row, 5)) * f64::from(u8::from(row > 0));
+            let stamp = |row: usize| {
+                0.02 * row as f64 + late * (0.5 + 0.5 * noise(row, 5)) * f64::from(u8::from(row > 0))
+            };
             let at = |time: f64| 0.5 + 0.12 * (TAU * time * (0.1 + 1.9 / 120.0 * time)).sin();
             let (mut rate, mut commands, mut rates) = (at(0.0) * 1200.0, Vec::new(), Vec::new());
             for row in 0..3000 {

@@ -41,7 +41,8 @@ fn step_between_rows(found: &Instants, noise: f64) -> bool {
     let least = THRESHOLDS.even_spread * (1.0 + known / EVEN);
     // Instants that want to be beyond their interval stand at its ends: more than even ones do is a law that was not known. (The
     // variance of even ones is known to √(0.8 / n) of itself.)
-    let chance = THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
+    let chance =
+        THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
     let is_within = found.spread() < told * (1.0 + chance);
     // What the rates cannot tell from chance they do not say.
     let is_even =
