@@ -135,6 +135,8 @@ async function names() {
 
 async function looks() {
   step("the error over time and frequency, the unknown torque over a channel, another log over this one");
+  // The first log that was open is shown: on a busy machine that may be either.
+  await page.getByLabel("show rotorbench-demo/held_out.csv", { exact: true }).click();
   const body = page.locator("figure[data-block=body]").first();
   await body.getByText("by time, frequency and operating point").click();
   await body.getByRole("img", { name: /^Error over time/ }).waitFor();
