@@ -88,6 +88,7 @@ fn of_squares(first: &[f64], second: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::screening::ScreenedLog;
+    use crate::screening::tests::noise_of;
 
     /// 50 Hz for 20 s: rotor 1 at levels, rotor 2 at `share` of them, and a body whose rate is noise of `noise`, and a wave of
     /// `wave` and a drift of 0.2 [rad/s].
@@ -96,12 +97,7 @@ mod tests {
         let mut log =
             Dataset::new("log.csv", "", (0..rows).map(|row| 0.02 * f64::from(row)).collect()).expect("rises");
         let level = |row: i32| 0.4 + 0.02 * f64::from(row / 25 % 3);
-        // A number from -1 to 1 that no neighbour's tells of.
-        let jitter = |row: i32, of: u64| {
-            let mixed = (row as u64 ^ of << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let jitter = |row: i32, of: u64| noise_of(row as usize, of);
         let body = |row: i32| {
             let t = 0.02 * f64::from(row);
             noise * jitter(row, 1) + wave * (3.0 * t).sin() + 0.01 * t

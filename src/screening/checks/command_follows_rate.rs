@@ -149,14 +149,8 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
+    use crate::screening::tests::noise_of as noise;
     use crate::signal::columns::PROPELLER_RATES;
-
-    /// A number from -1 to 1 that no neighbour's tells of.
-    fn noise(row: usize, of: u64) -> f64 {
-        let mixed = (row as u64 ^ of << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 
     /// 40 s at 50 Hz of a rotor of 9 1/s that is read with noise of 4 rad/s; `next(row, command, read)` is the command of a row.
     fn found(next: impl Fn(usize, f64, f64) -> f64) -> Option<f64> {

@@ -138,17 +138,14 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
+    use crate::screening::tests::noise_of;
     use crate::signal::columns::{BODY_RATE, TORQUE_COMMAND};
 
     /// 60 s at 50 Hz of a pendulum in oil under a torque of a few levels; `floor` [rad] is where a stop takes up the rest, and
     /// `friction` [N m] holds it where it is.
     fn log(floor: f64, friction: f64) -> ScreenedLog {
         // Levels of 1.4 s, none of them twice.
-        let torque = |row: usize| {
-            let mixed = (row as u64 / 70 + 11).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            0.15 * ((mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0) - 0.05
-        };
+        let torque = |row: usize| 0.15 * noise_of(row / 70 + 11, 0) - 0.05;
         let (mut angle, mut rate) = (0.0_f64, 0.0_f64);
         let mut columns: [Vec<f64>; 3] = Default::default();
         for row in 0..3000 {

@@ -2,7 +2,7 @@
 //!
 //! A rotor's thrust follows its rate at once, f = c ω², [LPC16] Eq. (11). A load cell may be late, by its own filter; early it cannot
 //! be. So where the thrust goes with the rate of a later row, the rate was read late, by that much and whatever the load cell is late
-//! itself. From command to rate that looks like a rotor that is commanded late, and here it can be told from it.
+//! itself. From command to rate that looks like a rotor that is commanded late, and here the two are kept apart.
 
 use std::ops::Range;
 
@@ -130,13 +130,7 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
-
-    /// A number from -1 to 1 that no neighbour's tells of.
-    fn noise(row: usize, of: u64) -> f64 {
-        let mixed = (row as u64 ^ of << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
+    use crate::screening::tests::noise_of as noise;
 
     /// 40 s at 100 Hz of a rotor of 12 1/s whose rate is read `late` and whose thrust is read `cell` [ms] after it is, by a noise of
     /// `rough` [N]; a reading every `every` rows.

@@ -119,13 +119,8 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
+    use crate::screening::tests::noise_of as noise;
     use crate::signal::columns::TORQUE_COMMAND;
-
-    fn noise(row: usize, of: u64) -> f64 {
-        let mixed = (row as u64 ^ of << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 
     /// 30 s at 100 Hz of a pendulum under levels of torque, its angle in `step`s or with as much noise; the rate is that of a gyro with
     /// noise of `gyro`, or the angle's difference behind a low-pass of this many rows and so many rows late.

@@ -37,16 +37,17 @@ fn step_between_rows(found: &Instants, noise: f64) -> bool {
         return false;
     }
     let known = found.deviation().powi(2);
-    let told = EVEN - known;
+    // What even instants, each known to its error, scatter by.
+    let expected = EVEN - known;
     let least = THRESHOLDS.even_spread * (1.0 + known / EVEN);
     // Instants that want to be beyond their interval stand at its ends: more than even ones do is a law that was not known. (The
     // variance of even ones is known to √(0.8 / n) of itself.)
     let chance =
         THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
-    let is_within = found.spread() < told * (1.0 + chance);
+    let is_within = found.spread() < expected * (1.0 + chance);
     // What the rates cannot tell from chance they do not say.
     let is_even =
-        told > THRESHOLDS.telling_spread && is_within && found.unexplained_variance() > least * told;
+        expected > THRESHOLDS.telling_spread && is_within && found.unexplained_variance() > least * expected;
     // Rates that do not answer the command say nothing of when it stepped.
     found.answered.abs() > THRESHOLDS.answered_steps
         && found.over_rows > THRESHOLDS.between_rows_evidence

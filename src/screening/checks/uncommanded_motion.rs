@@ -79,6 +79,7 @@ impl RotorLog {
 mod tests {
     use super::*;
     use crate::log::Dataset;
+    use crate::screening::tests::noise_of;
     use crate::screening::{Finding, ScreenedLog};
 
     /// Two minutes at 50 Hz; `command` is what the log says, `moved` what the rotor is commanded, from `froze` [s] on.
@@ -91,9 +92,7 @@ mod tests {
         let mut rates = Vec::new();
         for row in 0..6000_usize {
             // Mixed twice: the digits of one product tell of each other, and a controller's command would know of the noise, too.
-            let mixed = (row as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let scatter = noise * ((mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0);
+            let scatter = noise * noise_of(row, 0);
             rates.push(rate + scatter);
             let commanded = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
             rate += 0.27 * (1400.0 * commanded - rate);

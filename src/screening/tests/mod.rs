@@ -19,11 +19,20 @@ mod standstill;
 const RATE: &str = "propeller_rate_1_rad_s";
 const ROWS: usize = 6000;
 
-/// A number from -1 to 1 that a row has always, and no two in a way that shows.
-fn hash(row: usize) -> f64 {
-    let mixed = (row as u64 ^ 0x9e37).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+/// A number from -1 to 1 that another always has, and no two in a way that shows.
+pub(crate) fn mixed(number: u64) -> f64 {
+    let mixed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// The number of a row, in one of several sequences that know nothing of each other.
+pub(crate) fn noise_of(row: usize, of: u64) -> f64 {
+    mixed(row as u64 ^ of << 32)
+}
+
+fn hash(row: usize) -> f64 {
+    mixed(row as u64 ^ 0x9e37)
 }
 
 /// Noise of size one: of twelve numbers as these, nearly normal.
