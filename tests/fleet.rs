@@ -109,6 +109,25 @@ fn a_changed_log_is_diagnosed_anew() {
     assert_eq!(of_all["findings"][0]["code"], "answers_of_one_bench");
 }
 
+/// Before two hundred benches fail one by one.
+#[test]
+fn a_plan_says_whose_columns_want_a_mapping() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for (bench, header) in
+        [("a", "time_s,command_1,propeller_rate_1_rad_s"), ("b", "Time (ms),Throttle (%),RPM")]
+    {
+        fs::create_dir_all(folder.join(bench)).expect("made");
+        let rows = (0..40).map(|row| format!("{},0.5,600\n", 0.02 * f64::from(row))).collect::<String>();
+        fs::write(folder.join(bench).join("train.csv"), format!("{header}\n{rows}")).expect("written");
+    }
+    let ours = rotorbench(folder, "fleet plan a -o ours.toml");
+    assert_eq!((ours.status.code(), said(&ours).as_str()), (Some(0), ""));
+    let both = rotorbench(folder, "fleet plan a b -o both.toml");
+    assert!(both.status.success() && said(&both).contains("b/train.csv"), "{}", said(&both));
+    assert!(said(&both).contains("mapping = ") && !said(&both).contains("a/train.csv"), "{}", said(&both));
+}
+
 #[test]
 fn what_is_no_answer_and_no_plan_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");

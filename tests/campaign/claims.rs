@@ -1,7 +1,9 @@
 //! What screening claims of logs whose truth is known: of those that hide an effect or a law, and are honest about rows, commands and
 //! rates, none of what takes rows or effects from them; of benches whose commands step between rows, that they do.
 
+use rotorbench::diagnose::{DiagnoseConfig, diagnose};
 use rotorbench::log::csv;
+use rotorbench::model::Model;
 use rotorbench::screening::ScreenedLog;
 
 use crate::between_rows;
@@ -48,6 +50,29 @@ fn nothing_is_claimed_of_logs_that_are_what_they_say() {
         asked += 1;
     }
     assert!(asked > 40, "{asked} cases");
+}
+
+/// Where in their rows steps came on average nobody knows: half a row is uncertain, however many steps there are.
+#[test]
+fn a_dead_time_of_steps_between_rows_is_known_to_a_part_of_a_row() {
+    let case = between_rows::Case::draw(1, 71_005);
+    let folder = tempfile::tempdir().expect("a folder");
+    case.write(folder.path()).expect("written");
+    let log = |name: &str| [csv::read(&folder.path().join(name)).expect("a log").into()];
+    let model = Model::load(&folder.path().join("model.toml")).expect("a model");
+    let config = DiagnoseConfig::default();
+    let found =
+        diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).expect("an answer");
+    assert_eq!(found.effects, ["transport_delay"], "{}", case.truth);
+    let delay = &found.parameters["transport_delay.delay"];
+    let row = 1.0 / case.truth["rate_hz"].as_f64().expect("a number");
+    let truth = case.truth["parameters"]["delay"].as_f64().expect("a number");
+    let error = delay.standard_error.expect("known");
+    assert!(
+        error > 0.28 * row && (delay.value - truth).abs() < 2.0 * error,
+        "{delay:?} of {row} s: {}",
+        case.truth
+    );
 }
 
 #[test]

@@ -49,6 +49,25 @@ fn discover(log: &Path, validate: &Path, more: &[&str]) -> (Value, Option<i32>) 
     (answer.unwrap_or_else(|error| panic!("{error}: {}", said(&output))), output.status.code())
 }
 
+/// The shape's band holds the truth, and it is as large, but for what straight lines between nine knots leave of a wave.
+fn shape_holds(points: &Value, truth: impl Fn(f64) -> f64) {
+    let points = points.as_array().expect("points");
+    let centred = |values: Vec<f64>| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.into_iter().map(|value| value - mean).collect::<Vec<f64>>()
+    };
+    let found = centred(points.iter().map(|point| number(point, &["value"])).collect());
+    let truth =
+        centred(points.iter().map(|point| truth(point["at"][0].as_f64().expect("an angle"))).collect());
+    let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let ratio = size(&found) / size(&truth);
+    assert!((0.9..1.1).contains(&ratio), "{ratio} times the truth");
+    for (point, (found, truth)) in points.iter().zip(found.iter().zip(&truth)) {
+        let error = number(point, &["standard_error"]);
+        assert!((found - truth).abs() < 3.0 * error, "{found} ± {error}, and {truth}: {point}");
+    }
+}
+
 #[test]
 fn a_law_that_no_catalogue_has_is_found_and_its_file_is_a_model() {
     let desk = Desk::new();
@@ -76,6 +95,7 @@ fn a_law_that_no_catalogue_has_is_found_and_its_file_is_a_model() {
         number(&answer, &["error", "extended", "validate"]),
     );
     assert!(before > 3.0 * floor && after < 1.25 * floor, "{before} -> {after}, noise {floor}");
+    shape_holds(&answer["shape"]["points"], |angle| 0.04 * (30.0 * angle).sin());
     let page = fs::read_to_string(&page).expect("a page");
     assert!(page.contains("sin(n*body_angle)") && page.contains("smooth function"), "the picture");
 
