@@ -10,9 +10,7 @@
 //! new have the noise and none of that. A row that comes late has more of both where they rise, and the next one less: so it is known
 //! when the rows came.
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::estimation::dependent_columns::coefficients;
+use crate::estimation::dependent_columns::DesignRows;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median};
 use crate::screening::channel::Judgement;
 use crate::screening::rotor::CheckedRotor;
@@ -68,33 +66,37 @@ fn share_moved(data: &RotorLog, pasts: &[Readings]) -> f64 {
     moved.count() as f64 / pasts.len() as f64
 }
 
-/// What is known before each of these readings: of the command `later` readings behind the `first` of them, and of its rate.
-fn known(data: &RotorLog, pasts: &[Readings], first: usize, later: usize) -> [DMatrix<f64>; 2] {
-    let row = |rows: &Readings| -> [Vec<f64>; 2] {
-        let rows = &rows[first..first + BEFORE + later + 1];
-        let times =
-            || rows.windows(2).map(|pair| (data.time[pair[1]] - data.time[pair[0]]) / data.interval - 1.0);
-        let part = |column: &[f64], readings: usize| -> Vec<f64> {
+/// What is known before each of these readings: of the command `later` readings behind the `first` of them, and `with_rates`, of its rate,
+/// too.
+fn known(data: &RotorLog, pasts: &[Readings], first: usize, later: usize, with_rates: bool) -> DesignRows {
+    let span = BEFORE + later;
+    // With a later command those up to it are known, too. A part is its readings, and how late each of the rows came.
+    let columns = 1 + span + span + if with_rates { BEFORE + span } else { 0 };
+    let mut known = DesignRows::new(columns, pasts.len());
+    let mut row = Vec::with_capacity(columns);
+    for rows in pasts {
+        let rows = &rows[first..first + span + 1];
+        row.clear();
+        row.push(1.0);
+        let mut take = |column: &[f64], readings: usize| {
             let slope = column[rows[BEFORE - 1]] - column[rows[0]];
-            let last = rows[..readings].iter().map(|row| column[*row]);
-            last.chain(times().map(|late| late * slope)).collect()
+            row.extend(rows[..readings].iter().map(|row| column[*row]));
+            let late = |at: usize| (data.time[rows[at + 1]] - data.time[rows[at]]) / data.interval - 1.0;
+            row.extend((0..span).map(|at| late(at) * slope));
         };
-        // With a later command those up to it are known, too.
-        let commands: Vec<f64> = std::iter::once(1.0).chain(part(&data.command, BEFORE + later)).collect();
-        let both = commands.iter().copied().chain(part(&data.rate, BEFORE)).collect();
-        [commands, both]
-    };
-    let rows: Vec<[Vec<f64>; 2]> = pasts.iter().map(row).collect();
-    [0, 1].map(|of| {
-        let columns = rows.first().map_or(0, |row| row[of].len());
-        DMatrix::from_row_iterator(rows.len(), columns, rows.iter().flat_map(|row| row[of].iter().copied()))
-    })
+        take(&data.command, span);
+        if with_rates {
+            take(&data.rate, BEFORE);
+        }
+        known.push(&row);
+    }
+    known
 }
 
 /// What is new in one column from one reading to the next.
 struct News {
     /// What is known before each reading, and what is read, of [`NEW`] readings in a row.
-    readings: [(DMatrix<f64>, DVector<f64>); NEW],
+    readings: [(DesignRows, Vec<f64>); NEW],
     /// What must be new: less is the rounding of its digits.
     least: f64,
 }
@@ -104,8 +106,11 @@ impl News {
     /// difference. `None` where nothing is new.
     fn of(&self, kept: &[usize]) -> Option<Vec<(f64, f64)>> {
         let (known, read) = &self.readings[0];
-        let line = coefficients(&known.select_rows(kept), &read.select_rows(kept))?;
-        let new = self.readings.each_ref().map(|(known, read)| read - known * &line);
+        let line = known.coefficients(read, kept)?;
+        let left = |(known, read): &(DesignRows, Vec<f64>)| -> Vec<f64> {
+            read.iter().enumerate().map(|(at, read)| read - known.value(at, &line)).collect()
+        };
+        let new = self.readings.each_ref().map(left);
         let usual = median(new[0].iter().map(|value| value.abs()))? / MEDIAN_OF_NORMAL;
         let greatest = |at: usize| new.iter().map(|new| new[at].abs() / usual).fold(0.0, f64::max);
         let bend = |at: usize| new[0][at] - 2.0 * new[1][at] + new[2][at];
@@ -117,15 +122,13 @@ impl News {
 /// and what a line leaves of their transients, are taken out: a few of them would speak for all.
 fn correlation(data: &RotorLog, pasts: &[Readings], later: usize) -> Option<f64> {
     let all: [usize; NEW] = std::array::from_fn(|first| first);
-    let known = all.map(|first| known(data, pasts, first, later));
-    let news = |of: usize, column: &[f64], place: usize| {
-        let read = |first: usize| pasts.iter().map(move |rows| column[rows[first + place]]);
-        let readings =
-            all.map(|first| (known[first][of].clone(), DVector::from_iterator(pasts.len(), read(first))));
+    let news = |with_rates: bool, column: &[f64], place: usize| {
+        let read = |first: usize| pasts.iter().map(|rows| column[rows[first + place]]).collect();
+        let readings = all.map(|first| (known(data, pasts, first, later, with_rates), read(first)));
         let (low, high) = extremes(column.iter().copied());
         News { readings, least: THRESHOLDS.loop_news * (high - low) }
     };
-    let both = [news(1, &data.rate, BEFORE), news(0, &data.command, BEFORE + later)];
+    let both = [news(true, &data.rate, BEFORE), news(false, &data.command, BEFORE + later)];
     let mut kept: Vec<usize> = (0..pasts.len()).collect();
     let mut found = f64::NAN;
     for _ in 0..THRESHOLDS.loop_passes {

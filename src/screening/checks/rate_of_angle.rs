@@ -7,9 +7,7 @@
 //!
 //! Held against a model is then the angle's own slope at each row, which no filter makes late.
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::estimation::dependent_columns::coefficients;
+use crate::estimation::dependent_columns::DesignRows;
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::body::CheckedBody;
@@ -97,21 +95,23 @@ fn memory_of_noise(angle: &[f64], rows: &[usize]) -> f64 {
 
 /// Rms of what two earlier rates and `count` of these leave of the rate, and by how many rows the rate then is behind the angle.
 fn left(rate: &[f64], rows: &[usize], of: &dyn Fn(usize, usize) -> f64, count: usize) -> Option<(f64, f64)> {
-    let design = DMatrix::from_fn(rows.len(), 3 + count, |at, column| match column {
-        0 => 1.0,
-        1 | 2 => rate[rows[at] - column],
-        _ => of(rows[at], column - 3),
-    });
-    let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| rate[*row]));
-    let fit = coefficients(&design, &y)?;
-    let of_angle = fit.rows(3, count);
+    let mut design = DesignRows::new(3 + count, rows.len());
+    let mut values = vec![1.0; 3 + count];
+    for row in rows {
+        (values[1], values[2]) = (rate[row - 1], rate[row - 2]);
+        values[3..].iter_mut().enumerate().for_each(|(at, value)| *value = of(*row, at));
+        design.push(&values);
+    }
+    let read: Vec<f64> = rows.iter().map(|row| rate[*row]).collect();
+    let fit = design.coefficients(&read, &(0..rows.len()).collect::<Vec<_>>())?;
+    let of_angle = &fit[3..];
     // The last of them ends a row later, and a difference is the slope half a row before its end.
     let age = |at: usize| (HERE - at) as f64 - 0.5;
     let (sum, aged) =
         of_angle.iter().enumerate().fold((0.0, 0.0), |(sum, aged), (at, it)| (sum + it, aged + it * age(at)));
     let (first, second) = (fit[1], fit[2]);
-    let left = (y - design * &fit).norm() / (rows.len() as f64).sqrt();
-    Some((left, aged / sum + (first + 2.0 * second) / (1.0 - first - second)))
+    let left: f64 = read.iter().enumerate().map(|(at, read)| (read - design.value(at, &fit)).powi(2)).sum();
+    Some(((left / rows.len() as f64).sqrt(), aged / sum + (first + 2.0 * second) / (1.0 - first - second)))
 }
 
 #[cfg(test)]
