@@ -202,6 +202,25 @@ impl BlockData {
         runs.iter().map(|run| run.delay_unknown).fold(0.0, f64::max)
     }
 
+    /// [s] the dead time that rates say beside the instants of steps, in the mean over runs by how well each knows it; none where it is no
+    /// more than what is not known of it; `None` where no command steps between rows.
+    pub(crate) fn step_delay(&self) -> Option<f64> {
+        let Runs::Rotor(runs) = &self.runs else { return None };
+        let known = runs.iter().filter(|run| run.command_from.is_some());
+        let weighed = known.map(|run| ((run.steps() as f64).powi(2), run.delay_found));
+        let (weights, sum) = weighed
+            .fold((0.0, 0.0), |(weights, sum), (weight, delay)| (weights + weight, sum + weight * delay));
+        let least = THRESHOLDS.same_step_delay * self.delay_unknown();
+        (weights > 0.0).then(|| sum / weights).map(|common| if common < least { 0.0 } else { common })
+    }
+
+    /// Has the steps of all runs come when one dead time [s] of all says so.
+    pub(crate) fn take_delay(&mut self, common: f64) {
+        if let Runs::Rotor(runs) = &mut self.runs {
+            runs.iter_mut().for_each(|run| run.take_delay(common));
+        }
+    }
+
     /// Channels: what is measured at the block's end.
     #[must_use]
     pub fn channels(&self) -> Vec<BlockOutput> {

@@ -5,7 +5,7 @@ use super::data_split::DataSplit;
 use super::problem::Problem;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
-use crate::effect::Law;
+use crate::effect::{self, Law, Site, Term};
 use crate::estimation::consistency::{self as stretchwise, power};
 use crate::estimation::output_error::{Fit, OutputError, Residuals};
 use crate::model::{Effect, EffectParameter, Model};
@@ -145,7 +145,8 @@ impl CandidateFit {
             };
             // An infinitely fast pole is none: its time is what is measured.
             let away = if neutral.is_infinite() { value.abs() } else { (value - neutral).abs() };
-            away > least * error
+            let unknown = if is_command_delay(&name) { split.train.delay_unknown() } else { 0.0 };
+            away > least * error.hypot(unknown)
         })
     }
 
@@ -199,6 +200,13 @@ fn noise_multiple(fit: &Fit, data: &BlockData) -> f64 {
     let locals = fit.locals.len().checked_div(data.units().len()).unwrap_or(0);
     let free = used.saturating_sub(live_units(fit, data) * locals).max(1);
     fit.cost / free as f64
+}
+
+/// Whether a parameter is the dead time of the commands.
+pub(crate) fn is_command_delay(name: &str) -> bool {
+    let card = effect::acting_as(Site::Command, Term::DeadTime);
+    let of_card = card.zip(name.split_once('.'));
+    of_card.is_some_and(|(card, (id, own))| card.id == id && card.parameters.iter().any(|it| it.name == own))
 }
 
 #[cfg(test)]

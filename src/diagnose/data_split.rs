@@ -31,7 +31,11 @@ impl DataSplit {
     /// To fit on `train` and validate on `validate`; without the latter every part of `train` is held out from a fit on the
     /// others.
     #[must_use]
-    pub fn new(train: BlockData, validate: Option<BlockData>) -> Self {
+    pub fn new(mut train: BlockData, mut validate: Option<BlockData>) -> Self {
+        if let Some(common) = train.step_delay() {
+            train.take_delay(common);
+            validate.iter_mut().for_each(|held_out| held_out.take_delay(common));
+        }
         let folds = match validate {
             Some(_) => Vec::new(),
             None => (0..THRESHOLDS.folds)

@@ -6,13 +6,12 @@
 //! the same in them. Of two fits the variance of one is half their squared difference; of parts left out in turn it is the
 //! jackknife's (Efron, Stein 1981). Where commands step between rows a dead time of theirs is not known better than that.
 
-use super::candidate_fit::CandidateFit;
+use super::candidate_fit::{CandidateFit, is_command_delay};
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::is_identifiable;
 use super::search_result::SearchResult;
 use super::search_space::Search;
-use crate::effect::{self, Site, Term};
 use crate::estimation::jackknife::{of_left_out, of_two};
 use crate::model::Model;
 use crate::threads::spread;
@@ -79,13 +78,6 @@ impl Search<'_> {
             Candidate { effects: self.lookup(&answer.effects), ..self.start(&answer.model, base) };
         candidate.fit_alone(candidate.starting_points(split), split)
     }
-}
-
-/// Whether a parameter is the dead time of the commands.
-fn is_command_delay(name: &str) -> bool {
-    let card = effect::acting_as(Site::Command, Term::DeadTime);
-    let of_card = card.zip(name.split_once('.'));
-    of_card.is_some_and(|(card, (id, own))| card.id == id && card.parameters.iter().any(|it| it.name == own))
 }
 
 /// The variance of `value` as far as fits to other data show it: of one on data that it has not seen, or of several that each lack a part.

@@ -27,6 +27,8 @@ pub struct RotorRun {
     pub command_from: Option<Cells>,
     /// [s] standard deviation of what is known of a dead time from when commands step.
     pub delay_unknown: f64,
+    /// [s] dead time that the log's own rates say, beside the instants of its steps.
+    pub delay_found: f64,
     /// [V] missing cells held; `None` when the log has none.
     pub voltage: Option<Cells>,
     /// [rad/s] not-a-number where missing.
@@ -67,9 +69,28 @@ impl RotorRun {
             command: part(&self.command),
             command_from: self.command_from.as_ref().map(part),
             delay_unknown: self.delay_unknown,
+            delay_found: self.delay_found,
             voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
             counts: self.counts[from..from + count].to_vec(),
+        }
+    }
+
+    /// How often its command changes.
+    pub(crate) fn steps(&self) -> usize {
+        self.command.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    }
+
+    /// Has its steps come so much later that this dead time [s] stands between them and what the rates show, where the log's own is as near
+    /// to it as chance allows: instants and dead time are known together only, and a bench has one.
+    pub(crate) fn take_delay(&mut self, common: f64) {
+        let later = self.delay_found - common;
+        let nearest = THRESHOLDS.same_step_delay * self.delay_unknown;
+        if let Some(from) = self.command_from.as_ref().filter(|_| later != 0.0 && later.abs() < nearest) {
+            // What a row shows had happened by then.
+            let moved = from.iter().zip(self.time.iter()).map(|(at, row)| (at + later).min(*row));
+            self.command_from = Some(moved.collect());
+            self.delay_found = common;
         }
     }
 
@@ -98,6 +119,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
                     command: data.command.part(rows.clone()),
                     command_from: data.command_from.as_ref().map(|from| from.part(rows.clone())),
                     delay_unknown: data.delay_unknown,
+                    delay_found: data.delay_found,
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
                     measured: rates.part(rows.clone()),
                     rows,

@@ -7,16 +7,11 @@
 
 use std::ops::Range;
 
-use super::golden_section::golden;
 use super::quantile::median;
 use super::step_course::Curve;
 use super::step_trial::{Following, Profile, Steps, Trial};
 pub(crate) use super::step_trial::{Hold, Stepped};
 use super::thresholds::THRESHOLDS;
-
-/// Rounds of a search, and of these each in which what did not show is asked for again.
-const ROUNDS: usize = 8;
-const ASKED_AGAIN: usize = 3;
 
 /// What is known of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,10 +34,12 @@ pub(crate) struct Instants {
     pub over_lead: f64,
     /// [s] standard deviation of the dead time.
     pub delay_deviation: f64,
+    /// [s] the dead time behind the instants.
+    pub delay: f64,
     /// [-] of all changes of the output's level, the share that goes with the input; below zero, against it.
     pub answered: f64,
-    /// [unit of the output] rms of what is left of the output, the steps at their instants.
-    pub left: f64,
+    /// Rows, ascending, in which the output hangs on the instants of steps that nothing tells.
+    pub unknown: Vec<usize>,
 }
 
 impl Instants {
@@ -93,45 +90,141 @@ impl Instants {
     }
 }
 
+/// The holds by which one looks.
+struct Looked<'a> {
+    /// Those by which a way to follow is searched for, and those by which it is judged.
+    few: &'a [Vec<Hold>],
+    many: &'a [Vec<Hold>],
+    /// [s] the longest dead time.
+    latest: f64,
+}
+
+impl<'a> Looked<'a> {
+    fn of<'b>(&self, record: &Stepped<'b>) -> (Stepped<'b>, Stepped<'b>)
+    where
+        'a: 'b,
+    {
+        (Stepped { stretches: self.few, ..*record }, Stepped { stretches: self.many, ..*record })
+    }
+
+    /// [s] dead times, and by how much all steps may have been logged late.
+    fn delays_with_leads(&self, interval: f64) -> Range<f64> {
+        -THRESHOLDS.longest_lead * interval..self.latest
+    }
+}
+
 impl Stepped<'_> {
-    /// The instants; `None` where fewer steps than `fewest` can be looked at.
-    pub(crate) fn instants(&self, fewest: usize) -> Option<Instants> {
+    /// The instants; `None` where fewer steps than `fewest` can be looked at, where steps at their rows are enough, and where instants leave
+    /// more than `most_left` [unit of the output, rms].
+    pub(crate) fn instants(&self, fewest: usize, most_left: f64) -> Option<Instants> {
         if !self.is_stepwise(fewest) {
             return None;
         }
         let (few, many) =
             (self.first_holds(THRESHOLDS.searched_steps), self.first_holds(THRESHOLDS.judged_steps));
-        let (few, many) = (Stepped { stretches: &few, ..*self }, Stepped { stretches: &many, ..*self });
-        let trial = |following: Following, curve| Trial { following, steps: Steps::Between, curve };
-        let poles = (0..THRESHOLDS.tried_poles).map(|power| 2.0 * 1.5_f64.powi(power));
-        let tried = poles.map(|pole| Following::plain(pole, 0.0));
-        let tried = tried.map(|it| (few.carry_out(&trial(it, None)).likelihood(), it));
-        let coarse = tried.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
         let latest = (0.5 * self.usual_hold()).min(THRESHOLDS.longest_step_delay).max(2.0 * self.interval);
-        let first = few.follow(trial(coarse, None), 0.0..latest);
-        let looked = many.carry_out(&trial(first, None));
-        let curve = Curve::of(&looked.levels, looked.mean_square());
+        let looked = Looked { few: &few, many: &many, latest };
+        let (shortly, all) = looked.of(self);
+        if all.rows_explain(&shortly, looked.delays_with_leads(self.interval)) {
+            return None;
+        }
+        let coarse = shortly.coarse(Steps::Between)?;
+        let plain = Trial { following: coarse, steps: Steps::Between, curve: None };
+        let first = shortly.follow(plain, 0.0..latest);
+        // What another input does to the levels, and on the way to them, is no instant.
+        let found = match self.without_other(&few, first) {
+            Some(output) => {
+                let alone = Stepped { output: &output, ..*self };
+                let first = looked.of(&alone).0.follow(Trial { following: first, ..plain }, 0.0..latest);
+                alone.told(&looked, first, most_left)
+            }
+            None => self.told(&looked, first, most_left),
+        };
+        found.filter(|found| found.steps.len() >= fewest)
+    }
+
+    /// The instants, by an output that nothing but steps moves, from the way in which it follows the first of them.
+    fn told(&self, looked: &Looked, first: Following, most_left: f64) -> Option<Instants> {
+        let ((few, many), latest) = (looked.of(self), looked.latest);
+        let trial = |following: Following, curve| Trial { following, steps: Steps::Between, curve };
+        let judged = many.carry_out(&trial(first, None));
+        // With a curve they leave more.
+        if judged.mean_square().sqrt() > most_left {
+            return None;
+        }
+        let curve = Curve::of(&judged.levels, judged.mean_square());
         let between = few.follow(trial(first, curve), 0.0..latest);
         let at_rows = Trial { steps: Steps::AtRows, ..trial(between, curve) };
-        let [fixed, leads] = [0.0, -THRESHOLDS.longest_lead * self.interval].map(|earliest| {
-            let following = few.follow(at_rows, earliest..latest);
+        let [fixed, leads] = [0.0..latest, looked.delays_with_leads(self.interval)].map(|delays| {
+            let following = few.follow(at_rows, delays);
             many.carry_out(&Trial { following, ..at_rows }).likelihood()
         });
+        let judged = many.carry_out(&trial(between, curve));
+        let (noise, answered) = (judged.mean_square(), judged.answered());
+        // All instants together are no likelier than the best of each.
+        if noise.sqrt() > most_left || judged.likelihood() < fixed {
+            return None;
+        }
         // Pole and lag go with the dead time: without one they are others.
         let without = few.follow(trial(between, curve), 0.0..0.0);
         let (found, delay_deviation, best) = many.delayed(&trial(between, curve), without);
-        let judged = many.carry_out(&trial(between, curve));
-        let (noise, answered) = (judged.mean_square(), judged.answered());
         let steps = self.carry_out(&trial(found, curve)).steps;
         let steps: Vec<Instant> = steps.iter().map(|step| instant(step, noise)).collect();
-        (steps.len() >= fewest).then_some(Instants {
-            steps,
-            over_rows: best - fixed,
-            over_lead: best - leads,
-            delay_deviation,
-            answered,
-            left: noise.sqrt(),
-        })
+        let unknown = self.unknown_rows(&steps, &trial(found, curve), noise.sqrt());
+        let (over_rows, over_lead) = (best - fixed, best - leads);
+        Some(Instants { steps, over_rows, over_lead, delay_deviation, delay: found.delay, answered, unknown })
+    }
+
+    /// Rows behind steps, nearly as large as usual ones, whose instant is none of `steps`, for as long as the output shows it in noise of
+    /// this rms.
+    fn unknown_rows(&self, steps: &[Instant], trial: &Trial, noise: f64) -> Vec<usize> {
+        let size = |inputs: [f64; 2]| (inputs[1] - inputs[0]).abs();
+        let usual = median(steps.iter().map(|step| size(step.inputs))).unwrap_or(f64::INFINITY);
+        let (Some(curve), following) = (trial.curve, trial.following) else { return Vec::new() };
+        let mut rows = Vec::new();
+        for holds in self.stretches {
+            for pair in holds.windows(2) {
+                let (row, inputs) = (pair[1].from, [pair[0].input, pair[1].input]);
+                let step = steps.binary_search_by_key(&row, |step| step.row).ok().map(|at| &steps[at]);
+                let is_known = step.is_some_and(|step| step.deviation < THRESHOLDS.told_instant);
+                if is_known || size(inputs) < THRESHOLDS.disturbing_step * usual {
+                    continue;
+                }
+                let jump = (curve.level(inputs[1]) - curve.level(inputs[0])).abs();
+                // Of an even instant, which nobody knows to more than that.
+                let moved = following.pole * jump * self.interval / 12.0_f64.sqrt();
+                let shown = (moved / (THRESHOLDS.felt_step * noise)).ln().max(0.0) / following.pole;
+                let until = self.time[row] + following.delay + shown;
+                let last = holds.last().map_or(row, |hold| hold.end);
+                rows.extend((row..last).take_while(|row| shown > 0.0 && self.time[*row] <= until));
+            }
+        }
+        rows.sort_unstable();
+        rows.dedup();
+        rows
+    }
+
+    /// Whether steps at their rows explain all that instants could: where it gains next to nothing to set them free, in a way to follow
+    /// that was found without, the long search for them is not begun. A plain lag is asked first.
+    fn rows_explain(&self, few: &Stepped, delays: Range<f64>) -> bool {
+        let Some(following) = few.coarse(Steps::AtRows) else { return false };
+        let at_rows = Trial { following, steps: Steps::AtRows, curve: None };
+        let plain = few.search(at_rows, delays.clone()).plain();
+        self.gain_of_instants(plain) < THRESHOLDS.instants_gain
+            || self.gain_of_instants(few.follow(Trial { following: plain, ..at_rows }, delays))
+                < THRESHOLDS.instants_gain
+    }
+
+    /// [-] logarithm of the likelihood that each step gains when its instant is free.
+    fn gain_of_instants(&self, following: Following) -> f64 {
+        let tried = |steps, ahead: f64| {
+            let delay = following.delay + ahead * self.interval;
+            self.carry_out(&Trial { following: Following { delay, ..following }, steps, curve: None })
+        };
+        let fixed = tried(Steps::AtRows, 0.0);
+        // Steps half a row ahead of their rows on average are looked for half a row later.
+        let free = [0.0, 0.5].map(|ahead| tried(Steps::Between, ahead).likelihood());
+        (free[0].max(free[1]) - fixed.likelihood()) / fixed.steps.len().max(1) as f64
     }
 
     /// Whether the input stands between its steps: `fewest` of them lie between holds that last, and no more do not that are nearly as
@@ -171,22 +264,6 @@ impl Stepped<'_> {
         few
     }
 
-    /// The way to follow that leaves least, from one that is near, with no more in it than the data ask for.
-    fn follow(&self, near: Trial, delays: Range<f64>) -> Following {
-        let search = Search { record: self, trial: near, delays, interval: self.interval };
-        let mut at = search.delay_on_a_grid();
-        for round in 0..ROUNDS {
-            let before = at;
-            let asks = round % ASKED_AGAIN == 0;
-            search.refine(&mut at, asks);
-            search.go_on(&before.0, &mut at);
-            if at.1 - before.1 < THRESHOLDS.step_search_end && asks {
-                break;
-            }
-        }
-        at.0
-    }
-
     /// The dead time: none, and the output follows as it does `without`, where the data allow that, else its mean over what they
     /// allow; its standard deviation [s], and the logarithm of the likelihood of the best.
     fn delayed(&self, near: &Trial, without: Following) -> (Following, f64, f64) {
@@ -197,11 +274,21 @@ impl Stepped<'_> {
                 + tried.steps.iter().map(|(.., profile)| profile.evidence(noise).0).sum::<f64>()
         };
         let grid = THRESHOLDS.step_delay_grid;
-        let place = |at: usize| self.interval * (2.0 * at as f64 / grid as f64 - 1.0);
-        let delays = (0..=grid).map(|at| (near.following.delay + place(at)).max(0.0));
-        let all: Vec<(f64, f64)> =
-            delays.map(|delay| (delay, marginal(Following { delay, ..near.following }))).collect();
-        let none = marginal(without);
+        let about = |middle: f64, reach: f64| -> Vec<(f64, f64)> {
+            let place = |at: usize| middle + reach * (2.0 * at as f64 / grid as f64 - 1.0);
+            let delays = (0..=grid).map(|at| place(at).max(0.0));
+            delays.map(|delay| (delay, marginal(Following { delay, ..near.following }))).collect()
+        };
+        let coarse = about(near.following.delay, self.interval);
+        let middle = coarse.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0);
+        // Even instants of many steps leave no more than a part of the interval that is one over their number.
+        let all = about(middle, 2.0 * self.interval / grid as f64);
+        // A search of its own may end elsewhere.
+        let plain = Following { delay: 0.0, ..near.following };
+        let (without, none) = [without, plain]
+            .map(|it| (it, marginal(it)))
+            .into_iter()
+            .fold((without, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
         let best = all.iter().map(|it| it.1).fold(none, f64::max);
         let weight = |value: f64| (value - best).exp();
         let sum: f64 = all.iter().map(|it| weight(it.1)).sum();
@@ -210,91 +297,6 @@ impl Stepped<'_> {
         let is_none = sum == 0.0 || none > best - THRESHOLDS.no_step_delay;
         let found = if is_none { without } else { Following { delay: mean, ..near.following } };
         (found, variance.max(0.0).sqrt(), best)
-    }
-}
-
-/// A search for the way to follow.
-struct Search<'a> {
-    record: &'a Stepped<'a>,
-    trial: Trial,
-    delays: Range<f64>,
-    interval: f64,
-}
-
-/// A way to follow, and the logarithm of its likelihood.
-type Found = (Following, f64);
-
-impl Search<'_> {
-    fn of(&self, following: Following) -> Found {
-        (following, self.record.carry_out(&Trial { following, ..self.trial }).likelihood())
-    }
-
-    fn within(&self, delay: f64) -> f64 {
-        delay.clamp(self.delays.start, self.delays.end)
-    }
-
-    /// The delay has several valleys.
-    fn delay_on_a_grid(&self) -> Found {
-        let Range { start, end } = self.delays;
-        let count =
-            (2.0 * (end - start) / self.interval).ceil().clamp(1.0, THRESHOLDS.most_step_delays) as usize;
-        let delays = (0..=count).map(|step| start + (end - start) * step as f64 / count as f64);
-        let tried = delays.map(|delay| self.of(Following::plain(self.trial.following.pole, delay)));
-        let near = self.of(self.trial.following);
-        tried.fold((near.0, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best })
-    }
-
-    /// Along one number, where that gains more than `gain`.
-    fn along(&self, at: &mut Found, span: Range<f64>, gain: f64, with: impl Fn(f64) -> Following) {
-        let (value, _) = golden(|value| -self.of(with(value)).1, span.start, span.end);
-        let next = self.of(with(value));
-        if next.1 > at.1 + gain {
-            *at = next;
-        }
-    }
-
-    /// Each number in turn. What shows already is refined; what does not is asked for where it `asks`, and has to show.
-    fn refine(&self, at: &mut Found, asks: bool) {
-        let gain = |value: f64| if value == 0.0 { THRESHOLDS.step_shape_gain } else { 0.0 };
-        let it = at.0;
-        self.along(at, it.pole / 1.5..it.pole * 1.5, 0.0, |pole| Following { pole, ..it });
-        let it = at.0;
-        let near = self.within(it.delay - self.interval)..self.within(it.delay + self.interval);
-        self.along(at, near, 0.0, |delay| Following { delay, ..it });
-        let it = at.0;
-        if asks || it.upward != 0.0 {
-            self.along(at, -0.4..0.4, gain(it.upward), |upward| Following { upward, ..it });
-        }
-        let it = at.0;
-        let middles: &[f64] = if it.by_input != 0.0 { &[it.by_input] } else { &[-1.5, 0.0, 1.5] };
-        if asks || it.by_input != 0.0 {
-            for middle in middles {
-                let with = |by_input: f64| Following { by_input, ..it };
-                self.along(at, middle - 1.0..middle + 1.0, gain(it.by_input), with);
-            }
-        }
-        let it = at.0;
-        if asks || it.second != 0.0 {
-            let pole = |second: f64| it.pole * (1.0 + second) / (1.0 + it.second);
-            let lag = |second: f64| Following { second, pole: pole(second), ..it };
-            // The sum of all times stays: what a second lag takes, the dead time gives.
-            let delay = |second: f64| self.within(it.delay - (second - it.second) / it.pole);
-            let late = |second: f64| Following { second, delay: delay(second), ..it };
-            self.along(at, 0.0..THRESHOLDS.longest_second_lag, gain(it.second), lag);
-            self.along(at, 0.0..THRESHOLDS.longest_second_lag, gain(it.second), late);
-        }
-    }
-
-    /// Further on the way that a round has gone: pole, second lag and dead time stand in for each other.
-    fn go_on(&self, from: &Following, at: &mut Found) {
-        let to = at.0;
-        self.along(at, 0.0..4.0, 0.0, |share| Following {
-            pole: to.pole * (to.pole / from.pole).powf(share),
-            upward: to.upward + share * (to.upward - from.upward),
-            by_input: to.by_input + share * (to.by_input - from.by_input),
-            second: (to.second + share * (to.second - from.second)).clamp(0.0, THRESHOLDS.longest_second_lag),
-            delay: self.within(to.delay + share * (to.delay - from.delay)),
-        });
     }
 }
 

@@ -3,6 +3,8 @@
 
 use std::ops::Range;
 
+use super::golden_section::golden;
+use super::moments::deviation;
 use super::step_course::{Course, Curve, Lags, Sums};
 use super::thresholds::THRESHOLDS;
 
@@ -27,6 +29,8 @@ pub(crate) struct Stepped<'a> {
     pub time: &'a [f64],
     /// Not-a-number where nothing was measured.
     pub output: &'a [f64],
+    /// Another input, which moves the output through the same lag without steps of its own, as a battery's voltage does.
+    pub other: Option<&'a [f64]>,
     /// The holds of each stretch, one behind the other; stretches know nothing of each other.
     pub stretches: &'a [Vec<Hold>],
     /// [s] between two rows.
@@ -112,6 +116,49 @@ impl Tried {
 }
 
 impl Stepped<'_> {
+    /// The output without what another input makes of it through a lag of this `pole` [1/s]; `None` where that is nothing, by the holds of
+    /// `few`.
+    pub(super) fn without_other(&self, few: &[Vec<Hold>], following: Following) -> Option<Vec<f64>> {
+        let added = self.lagged(self.other?, following.pole);
+        let trial = Trial { following, steps: Steps::Between, curve: None };
+        let without = |gain: f64| -> Vec<f64> {
+            self.output.iter().zip(&added).map(|(output, added)| output - gain * added).collect()
+        };
+        let likelihood = |gain: f64| {
+            Stepped { output: &without(gain), stretches: few, ..*self }.carry_out(&trial).likelihood()
+        };
+        let moved = deviation(added.iter().copied());
+        let widest = deviation(self.output.iter().copied().filter(|output| output.is_finite())) / moved;
+        if !widest.is_finite() {
+            return None;
+        }
+        let cost = |gain: f64| -likelihood(gain);
+        let (gain, _) = golden(cost, -widest, widest);
+        let closer = THRESHOLDS.closer_gain * widest;
+        let (gain, left) = golden(cost, gain - closer, gain + closer);
+        (-left > likelihood(0.0) + THRESHOLDS.step_shape_gain).then(|| without(gain))
+    }
+
+    /// An input through a lag, from its first value on in each stretch; zero where it is not known.
+    fn lagged(&self, input: &[f64], pole: f64) -> Vec<f64> {
+        let mut lagged = vec![0.0; input.len()];
+        for holds in self.stretches {
+            let (Some(first), Some(last)) = (holds.first(), holds.last()) else { continue };
+            let (mut now, mut held) = (f64::NAN, f64::NAN);
+            for row in first.from..last.end {
+                if held.is_finite() {
+                    now += (1.0 - (-pole * (self.time[row] - self.time[row - 1])).exp()) * (held - now);
+                }
+                if input[row].is_finite() {
+                    held = input[row];
+                    now = if now.is_finite() { now } else { held };
+                }
+                lagged[row] = if now.is_finite() { now } else { 0.0 };
+            }
+        }
+        lagged
+    }
+
     pub(super) fn carry_out(&self, trial: &Trial) -> Tried {
         let mut tried = Tried::default();
         for holds in self.stretches {
@@ -277,7 +324,13 @@ impl Profile {
             let bend = (low - 2.0 * here + high) / (2.0 * step * step);
             let slope = (high - low) / (2.0 * step);
             if bend <= 0.0 || !bend.is_finite() {
-                return Self { ahead: middle, squares: here, curvature: 0.0 };
+                // Where a row changes sides there is a kink: nearer, the least lies in a valley or at an end.
+                let places = [(middle - step, low), (middle, here), (middle + step, high)];
+                let (ahead, squares) = places
+                    .into_iter()
+                    .fold((middle, here), |best, next| if next.1 < best.1 { next } else { best });
+                (middle, found) = (ahead, Self { ahead, squares, curvature: 0.0 });
+                continue;
             }
             let off = -0.5 * slope / bend;
             found = Self { ahead: middle + off, squares: here - bend * off * off, curvature: bend };

@@ -139,6 +139,8 @@ crate::thresholds! {
     steps_with_trend: usize = 20, "count", "judgement: three for each number that is asked";
     /// steps by which it is judged when steps happened
     judged_steps: usize = 400, "count", "judgement (time of computing)";
+    /// logarithm of the likelihood that each step gains by an instant of its own, below which steps at their rows are enough
+    instants_gain: f64 = 0.6, "-", "1/2 by chance, for one number each; random benches whose commands step between rows: 0.69 and more";
     /// poles, from 2 1/s on by 1.5 each, of which the best is refined
     tried_poles: i32 = 12, "count", "to 170 1/s";
     /// [s] dead time behind a step that is looked for, at most
@@ -149,10 +151,14 @@ crate::thresholds! {
     most_step_delays: f64 = 80.0, "count", "judgement (time of computing)";
     /// [-] longest second time constant behind a step, over the first
     longest_second_lag: f64 = 0.95, "-", "judgement: at one the two cannot be told apart";
+    /// [-] share of all gains that another input may have, by which those beside the best are looked at closer
+    closer_gain: f64 = 0.02, "-", "far more than the search before leaves open";
+    /// [-] standard deviation, over an interval, up to which an instant is told
+    told_instant: f64 = 0.2, "-", "judgement: of an even one that nothing tells it is 0.29";
     /// dead times, over two intervals, by which it is judged
     step_delay_grid: usize = 24, "count", "a twelfth of an interval";
     /// logarithm of a likelihood below the best with which a dead time of none is allowed
-    no_step_delay: f64 = 2.0, "-", "two standard errors of a normal distribution";
+    no_step_delay: f64 = 10.0, "-", "judgement: of a dead time that is more than a hundredth of a row some hundred steps say far more; what is less would differ from log to log";
     /// logarithm of a likelihood by which a fit must gain for each number more of the way an output follows steps
     step_shape_gain: f64 = 4.0, "-", "as information criteria of some thousand rows ask";
     /// logarithm of a likelihood: a round that gains less ends the search

@@ -168,6 +168,7 @@ mod tests {
             command: command.into(),
             command_from: None,
             delay_unknown: 0.0,
+            delay_found: 0.0,
             voltage: Some(voltage.into()),
             voltage_gap: None,
             thrust: None,

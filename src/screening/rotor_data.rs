@@ -31,6 +31,8 @@ pub(crate) struct RotorLog {
     pub command_from: Option<Cells>,
     /// [s] standard deviation of what is known of a dead time from when commands step, where that is between rows.
     pub delay_unknown: f64,
+    /// [s] the dead time that was found beside these instants.
+    pub delay_found: f64,
     /// [rad/s] not-a-number = not measured, or the rotor is standing or starting.
     pub rate: Cells,
     /// [V] each reading held until the next.
@@ -117,6 +119,7 @@ impl RotorLog {
             command: held_cells(command, &segments),
             command_from: None,
             delay_unknown: 0.0,
+            delay_found: 0.0,
             rate: rate.unwrap_or_else(|| vec![f64::NAN; log.len()].into()),
             voltage: voltage.map(|it| it.held.clone()),
             voltage_gap: voltage.and_then(|it| it.gap),

@@ -197,6 +197,7 @@ impl ScreenedRotor {
             (self.data.rate[row], self.is_scored[row]) = (f64::NAN, false);
         }
         self.data.delay_unknown = whole.data.delay_unknown;
+        self.data.delay_found = whole.data.delay_found;
         let from = whole.data.command_from.as_ref();
         self.data.command_from = from.map(|from| rows.iter().map(|row| from[*row]).collect());
         match whole.voltage() {

@@ -198,7 +198,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("diagnose/block_builder.rs", &["3"], "coefficients of a cubic"),
     ("diagnose/grid_search.rs", &["12"], "variance of a uniform distribution"),
     ("estimation/step_course.rs", &["3"], "equations of a parabola, and passes of its fit"),
-    ("estimation/step_instants.rs", &["8", "3"], "rounds of a search, and terms of a law"),
+    ("estimation/step_search.rs", &["9", "3"], "rounds of a search"),
     (
         "estimation/step_trial.rs",
         &["0.5", "8", "4", "48", "5.0"],

@@ -1,7 +1,7 @@
 //! What screening claims of logs whose truth is known: of those that hide an effect or a law, and are honest about rows, commands and
 //! rates, none of what takes rows or effects from them; of benches whose commands step between rows, that they do.
 
-use rotorbench::diagnose::{DiagnoseConfig, diagnose};
+use rotorbench::diagnose::{DiagnoseConfig, Verdict, diagnose};
 use rotorbench::log::csv;
 use rotorbench::model::Model;
 use rotorbench::screening::ScreenedLog;
@@ -73,6 +73,25 @@ fn a_dead_time_of_steps_between_rows_is_known_to_a_part_of_a_row() {
         "{delay:?} of {row} s: {}",
         case.truth
     );
+}
+
+/// A bench with nothing missing, whatever battery, hold and noise: a step that nobody can place, a voltage that gives way in a step and a
+/// dead time that one log has to a hundredth of a row and another has not are nothing that is missing.
+#[test]
+fn nothing_is_missing_where_commands_step_between_rows() {
+    for number in 0..10 {
+        // Every other hides nothing.
+        let case = between_rows::Case::draw(2 * number, 71_200 + number);
+        assert_eq!(case.truth["effect"], "none");
+        let folder = tempfile::tempdir().expect("a folder");
+        case.write(folder.path()).expect("written");
+        let log = |name: &str| [csv::read(&folder.path().join(name)).expect("a log").into()];
+        let model = Model::load(&folder.path().join("model.toml")).expect("a model");
+        let config = DiagnoseConfig::default();
+        let found =
+            diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).expect("an answer");
+        assert_eq!(found.verdict, Verdict::Adequate, "{:?}: {}", found.effects, case.truth);
+    }
 }
 
 #[test]

@@ -126,6 +126,7 @@ pub(crate) fn powered(
         command: command.into(),
         command_from: None,
         delay_unknown: 0.0,
+        delay_found: 0.0,
         rate: rate.into(),
         voltage: Some(volts.into()),
         voltage_gap: None,

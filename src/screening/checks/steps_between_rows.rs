@@ -15,27 +15,28 @@ use crate::screening::thresholds::THRESHOLDS;
 /// [intervals²] variance of instants that are spread evenly over their interval.
 const EVEN: f64 = 1.0 / 12.0;
 
-/// Finds out when commands stepped; no row is left out.
+/// Finds out when commands stepped. Left out are rows that hang on a step whose instant they do not say.
 pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     if !rotor.is_measured() {
         return None;
     }
     let data = &mut rotor.data;
     let noise = ChannelNoise::of(data.rate.iter().copied()).in_signal(&data.rate, &data.segments);
-    let instants = data.step_instants().filter(|found| step_between_rows(found, noise))?;
+    // However much better they are than steps at rows: what leaves more than noise does not explain what the rotor did.
+    let most_left = THRESHOLDS.most_left_of_steps * noise;
+    let instants = data.step_instants(most_left).filter(step_between_rows)?;
     data.set_steps(&instants);
+    let unknown: Vec<usize> =
+        instants.unknown.iter().copied().filter(|row| data.rate[*row].is_finite()).collect();
+    unknown.iter().for_each(|row| data.rate[*row] = f64::NAN);
     let finding = data.finding("steps_between_rows").with("steps", instants.steps.len());
     let finding = finding.with("interval_s", data.interval);
     let finding = finding.with("known_to_s", instants.deviation() * data.interval);
-    Some(Judgement::new(finding.with("delay_known_to_s", data.delay_unknown), Vec::new()))
+    Some(Judgement::new(finding.with("delay_known_to_s", data.delay_unknown), unknown))
 }
 
-/// Whether steps happened between rows, of rates with this noise [rad/s].
-fn step_between_rows(found: &Instants, noise: f64) -> bool {
-    // However much better they are than steps at rows: what leaves more than noise does not explain what the rotor did.
-    if found.left > THRESHOLDS.most_left_of_steps * noise {
-        return false;
-    }
+/// Whether steps happened between rows.
+fn step_between_rows(found: &Instants) -> bool {
     let known = found.deviation().powi(2);
     // What even instants, each known to its error, scatter by.
     let expected = EVEN - known;
@@ -56,7 +57,7 @@ fn step_between_rows(found: &Instants, noise: f64) -> bool {
 }
 
 impl RotorLog {
-    fn step_instants(&self) -> Option<Instants> {
+    fn step_instants(&self, most_left: f64) -> Option<Instants> {
         let mut stretches: Vec<Vec<Hold>> = Vec::new();
         for rows in &self.segments {
             let mut holds: Vec<Hold> = Vec::new();
@@ -69,8 +70,9 @@ impl RotorLog {
             stretches.push(holds);
         }
         let (time, output) = (&self.time[..], &self.rate[..]);
-        let stepped = Stepped { time, output, stretches: &stretches, interval: self.interval };
-        stepped.instants(THRESHOLDS.fewest_between_steps)
+        let other = self.voltage.as_deref();
+        let stepped = Stepped { time, output, other, stretches: &stretches, interval: self.interval };
+        stepped.instants(THRESHOLDS.fewest_between_steps, most_left)
     }
 
     /// Takes each command from when its step happened, and what moves without a step that was looked at half a row early.
@@ -89,6 +91,7 @@ impl RotorLog {
         }
         // Instants are half a row early on average if the logger's clock has nothing to do with the commands': nobody has said so.
         self.delay_unknown = (self.interval * EVEN.sqrt()).hypot(instants.delay_deviation);
+        self.delay_found = instants.delay;
         self.command_from = Some(from.into());
     }
 }

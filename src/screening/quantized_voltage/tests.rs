@@ -32,6 +32,7 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
         command: vec![0.4; ROWS].into(),
         command_from: None,
         delay_unknown: 0.0,
+        delay_found: 0.0,
         rate: (0..ROWS).map(|row| rate(row, moves)).collect(),
         voltage: Some(read),
         voltage_gap: None,

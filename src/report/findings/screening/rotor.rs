@@ -131,11 +131,18 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         "steps_between_rows" => format!(
             "commands step between two rows: by the rates, each of {} steps came somewhere in the {} ms before the row that shows it, \
              known to {} ms, and is taken from then on; a delay is known to {} ms at best, for steps are taken to come half a row before their rows \
-             on average",
+             on average{}",
             finding.count("steps"),
             digits(1e3 * number("interval_s"), 2),
             digits(1e3 * number("known_to_s"), 2),
-            digits(1e3 * number("delay_known_to_s"), 2)
+            digits(1e3 * number("delay_known_to_s"), 2),
+            match rows {
+                0 => String::new(),
+                _ => format!(
+                    "; {} left out, behind steps of which the rates do not say when they came",
+                    if rows == 1 { "one sample is".to_owned() } else { format!("{rows} samples are") }
+                ),
+            }
         ),
         "transient_behind_hole" => format!(
             "{} in the rows {} where or right after the command stepped: when it took effect is not known, so {rows} samples \
