@@ -96,10 +96,11 @@ fn actuator(
         } else {
             Cow::Borrowed(shown)
         };
+        let from = judged.data().command_from_beside(equations.command_delay(), &rows);
         let input = RotorInput {
             time,
             command: &command[rows.clone()],
-            command_from: judged.data().command_from(&rows),
+            command_from: from.as_deref(),
             voltage: battery.map(|volts| &volts[rows.clone()]),
             side: side(rotor),
         };
@@ -293,10 +294,11 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
         let time = &log.time()[rows.clone()];
         let rates = [0, 1].map(|rotor| {
             let data = rotors[rotor].data();
+            let from = data.command_from_beside(equations.command_delay(), rows);
             let input = RotorInput {
                 time,
                 command: &data.command[rows.clone()],
-                command_from: data.command_from(rows),
+                command_from: from.as_deref(),
                 voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
                 side: side(rotor),
             };

@@ -11,6 +11,7 @@ use crate::estimation::moments::deviation;
 use crate::estimation::output_error::Residuals;
 use crate::log::Cells;
 use crate::screening::channel_noise::ChannelNoise;
+use crate::screening::rotor_data::is_one_delay;
 use crate::signal::{Sensor, columns};
 
 /// What is measured at a block's end.
@@ -210,8 +211,8 @@ impl BlockData {
         let weighed = known.map(|run| ((run.steps() as f64).powi(2), run.delay_found));
         let (weights, sum) = weighed
             .fold((0.0, 0.0), |(weights, sum), (weight, delay)| (weights + weight, sum + weight * delay));
-        let least = THRESHOLDS.same_step_delay * self.delay_unknown();
-        (weights > 0.0).then(|| sum / weights).map(|common| if common < least { 0.0 } else { common })
+        let common = (weights > 0.0).then(|| sum / weights)?;
+        Some(if is_one_delay(common, 0.0, self.delay_unknown()) { 0.0 } else { common })
     }
 
     /// Has the steps of all runs come when one dead time [s] of all says so.

@@ -8,6 +8,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::log::Cells;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
+use crate::screening::rotor_data::{is_one_delay, moved};
 use crate::signal::{columns, side};
 
 /// One rotor over one stretch of one log.
@@ -81,15 +82,12 @@ impl RotorRun {
         self.command.windows(2).filter(|pair| pair[0] != pair[1]).count()
     }
 
-    /// Has its steps come so much later that this dead time [s] stands between them and what the rates show, where the log's own is as near
-    /// to it as chance allows: instants and dead time are known together only, and a bench has one.
+    /// Has its steps come when this dead time [s] of all logs says so, where the log's own is as near to it as one can know.
     pub(crate) fn take_delay(&mut self, common: f64) {
         let later = self.delay_found - common;
-        let nearest = THRESHOLDS.same_step_delay * self.delay_unknown;
-        if let Some(from) = self.command_from.as_ref().filter(|_| later != 0.0 && later.abs() < nearest) {
-            // What a row shows had happened by then.
-            let moved = from.iter().zip(self.time.iter()).map(|(at, row)| (at + later).min(*row));
-            self.command_from = Some(moved.collect());
+        let Some(from) = self.command_from.as_ref().filter(|_| later != 0.0) else { return };
+        if is_one_delay(self.delay_found, common, self.delay_unknown) {
+            self.command_from = Some(moved(from, &self.time, later).collect());
             self.delay_found = common;
         }
     }

@@ -270,6 +270,4 @@ crate::thresholds! {
     starts_apart: f64 = 2.0, "spacings", "judgement";
     /// steps, each longer by the root of two, by which the standard error of a number found on a grid is looked for
     error_steps: i32 = 40, "count", "from a millionth of the number to three quarters of it";
-    /// [standard deviations] of a dead time of commands that step between rows, up to which that of one log is that of all, or none
-    same_step_delay: f64 = 2.0, "standard deviations", "normal distribution: 5 %";
 }

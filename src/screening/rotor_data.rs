@@ -96,6 +96,17 @@ impl Beside {
     }
 }
 
+/// Whether two dead times [s] of commands that step between rows are one, as far as such logs can say: instants and dead time are known
+/// together only, and a bench has one.
+pub(crate) fn is_one_delay(one: f64, other: f64, unknown: f64) -> bool {
+    (one - other).abs() < THRESHOLDS.same_step_delay * unknown
+}
+
+/// Instants [s] so much later, where that is not after the row that shows the step.
+pub(crate) fn moved<'a>(from: &'a [f64], time: &'a [f64], later: f64) -> impl Iterator<Item = f64> + 'a {
+    from.iter().zip(time).map(move |(at, row)| (at + later).min(*row))
+}
+
 impl RotorLog {
     /// Rows between two holes that say nothing.
     pub(crate) const FEWEST_ROWS: usize = THRESHOLDS.fewest_rows;
@@ -202,6 +213,18 @@ impl RotorLog {
     /// [s] from when on the command of each of these rows was in force; `None` where that is their time.
     pub fn command_from(&self, rows: &Range<usize>) -> Option<&[f64]> {
         self.command_from.as_ref().map(|from| &from[rows.clone()])
+    }
+
+    /// The same beside a model with this dead time [s] of the commands, where the log's own is as near to it as one can know.
+    pub fn command_from_beside(&self, delay: f64, rows: &Range<usize>) -> Option<Cow<'_, [f64]>> {
+        let from = self.command_from(rows)?;
+        let is_off = delay != self.delay_found && is_one_delay(delay, self.delay_found, self.delay_unknown);
+        let later = self.delay_found - delay;
+        Some(if is_off {
+            moved(from, &self.time[rows.clone()], later).collect()
+        } else {
+            Cow::Borrowed(from)
+        })
     }
 
     /// Whether it was ever commanded to turn.

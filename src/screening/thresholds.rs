@@ -416,6 +416,8 @@ crate::thresholds! {
     /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
     /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
     resolution: f64 = 1e-3, "-", "judgement";
+    /// [standard deviations] of a dead time of commands that step between rows, by which two of them are one
+    same_step_delay: f64 = 2.0, "standard deviations", "normal distribution: 5 %";
     /// steps whose instants are looked at, at least, before commands are said to step between rows
     fewest_between_steps: usize = 10, "count", "judgement: the spread of their instants is then known to a third";
     /// logarithm of a likelihood, instants anywhere between rows over instants at rows, from which commands step between rows
