@@ -1,5 +1,6 @@
 //! The data of one block, laid out for residuals: of the rotors or of the body.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -203,12 +204,17 @@ impl BlockData {
         runs.iter().map(|run| run.delay_unknown).fold(0.0, f64::max)
     }
 
-    /// [s] the dead time that rates say beside the instants of steps, in the mean over runs by how well each knows it; none where it is no
+    /// [s] the dead time that rates say beside the instants of steps, in the mean over logs by how well each knows it; none where it is no
     /// more than what is not known of it; `None` where no command steps between rows.
     pub(crate) fn step_delay(&self) -> Option<f64> {
         let Runs::Rotor(runs) = &self.runs else { return None };
-        let known = runs.iter().filter(|run| run.command_from.is_some());
-        let weighed = known.map(|run| ((run.steps() as f64).powi(2), run.delay_found));
+        let mut of_logs: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
+        for run in runs.iter().filter(|run| run.command_from.is_some()) {
+            let steps = of_logs.get(&(run.log, run.rotor)).map_or(0, |known| known.0) + run.steps();
+            of_logs.insert((run.log, run.rotor), (steps, run.delay_found));
+        }
+        // Even instants know it to one over their number.
+        let weighed = of_logs.values().map(|(steps, delay)| ((*steps as f64).powi(2), delay));
         let (weights, sum) = weighed
             .fold((0.0, 0.0), |(weights, sum), (weight, delay)| (weights + weight, sum + weight * delay));
         let common = (weights > 0.0).then(|| sum / weights)?;

@@ -32,7 +32,8 @@ impl DataSplit {
     /// others.
     #[must_use]
     pub fn new(mut train: BlockData, mut validate: Option<BlockData>) -> Self {
-        if let Some(common) = train.step_delay() {
+        let of_held_out = || validate.as_ref().and_then(BlockData::step_delay);
+        if let Some(common) = train.step_delay().or_else(of_held_out) {
             train.take_delay(common);
             validate.iter_mut().for_each(|held_out| held_out.take_delay(common));
         }

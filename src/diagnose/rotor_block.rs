@@ -8,7 +8,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::log::Cells;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
-use crate::screening::rotor_data::{is_one_delay, moved};
+use crate::screening::rotor_data::is_one_delay;
 use crate::signal::{columns, side};
 
 /// One rotor over one stretch of one log.
@@ -87,7 +87,7 @@ impl RotorRun {
         let later = self.delay_found - common;
         let Some(from) = self.command_from.as_ref().filter(|_| later != 0.0) else { return };
         if is_one_delay(self.delay_found, common, self.delay_unknown) {
-            self.command_from = Some(moved(from, &self.time, later).collect());
+            self.command_from = Some(from.iter().map(|at| at + later).collect());
             self.delay_found = common;
         }
     }

@@ -48,7 +48,11 @@ impl DesignRows {
                 sums.iter_mut().zip(row).for_each(|(sum, other)| *sum += value * other);
             }
         }
-        let size = |column: usize| squares[column * (count + 1)].sqrt().max(f64::MIN_POSITIVE);
+        // A column of zeros carries nothing, in whatever size.
+        let size = |column: usize| match squares[column * (count + 1)].sqrt() {
+            0.0 => 1.0,
+            size => size,
+        };
         let sizes: Vec<f64> = (0..count).map(size).collect();
         let scaled = DMatrix::from_fn(count, count, |row, column| {
             let (low, high) = (row.min(column), row.max(column));
@@ -68,8 +72,8 @@ mod tests {
     #[test]
     fn columns_that_say_the_same_leave_what_one_of_them_leaves() {
         let x = |row: usize| (row * 37 % 101) as f64;
-        let mut design = DesignRows::new(3, 200);
-        (0..200).for_each(|row| design.push(&[1.0, x(row), 2.0 * x(row) + 3.0]));
+        let mut design = DesignRows::new(4, 200);
+        (0..200).for_each(|row| design.push(&[1.0, x(row), 2.0 * x(row) + 3.0, 0.0]));
         let y: Vec<f64> = (0..200).map(|row| 5.0 - 0.7 * x(row) + (row % 2) as f64).collect();
         let all: Vec<usize> = (0..200).collect();
         let fit = design.coefficients(&y, &all).expect("fits");

@@ -280,9 +280,17 @@ impl Stepped<'_> {
             delays.map(|delay| (delay, marginal(Following { delay, ..near.following }))).collect()
         };
         let coarse = about(near.following.delay, self.interval);
-        let middle = coarse.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0);
+        let top = coarse
+            .iter()
+            .copied()
+            .fold((0.0, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        let near_top = |it: &&(f64, f64)| it.0 != top.0 && it.1 > top.1 - THRESHOLDS.no_step_delay;
         // Even instants of many steps leave no more than a part of the interval that is one over their number.
-        let all = about(middle, 2.0 * self.interval / grid as f64);
+        let mut all = match coarse.iter().find(near_top) {
+            Some(_) => coarse,
+            None => about(top.0, 2.0 * self.interval / grid as f64),
+        };
+        all.dedup_by(|a, b| a.0 == b.0);
         // A search of its own may end elsewhere.
         let plain = Following { delay: 0.0, ..near.following };
         let (without, none) = [without, plain]

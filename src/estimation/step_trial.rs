@@ -127,8 +127,12 @@ impl Stepped<'_> {
         let likelihood = |gain: f64| {
             Stepped { output: &without(gain), stretches: few, ..*self }.carry_out(&trial).likelihood()
         };
-        let moved = deviation(added.iter().copied());
-        let widest = deviation(self.output.iter().copied().filter(|output| output.is_finite())) / moved;
+        let rows = || {
+            self.stretches.iter().filter_map(|holds| Some(holds.first()?.from..holds.last()?.end)).flatten()
+        };
+        let moved = deviation(rows().map(|row| added[row]));
+        let widest =
+            deviation(rows().map(|row| self.output[row]).filter(|output| output.is_finite())) / moved;
         if !widest.is_finite() {
             return None;
         }

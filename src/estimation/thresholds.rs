@@ -158,7 +158,7 @@ crate::thresholds! {
     /// dead times, over two intervals, by which it is judged
     step_delay_grid: usize = 24, "count", "a twelfth of an interval";
     /// logarithm of a likelihood below the best with which a dead time of none is allowed
-    no_step_delay: f64 = 10.0, "-", "judgement: of a dead time that is more than a hundredth of a row some hundred steps say far more; what is less would differ from log to log";
+    no_step_delay: f64 = 10.0, "-", "judgement: some hundred steps say far more of a dead time above a hundredth of a row; a smaller one would differ from log to log";
     /// logarithm of a likelihood by which a fit must gain for each number more of the way an output follows steps
     step_shape_gain: f64 = 4.0, "-", "as information criteria of some thousand rows ask";
     /// logarithm of a likelihood: a round that gains less ends the search

@@ -10,7 +10,7 @@ pub struct RotorInput<'a> {
     pub time: &'a [f64],
     /// [-] u.
     pub command: &'a [f64],
-    /// [s] from when on each command is in force, where that is between its row and the one before; `None` = from its row on.
+    /// [s] from when on each command is in force, where that is not its row; `None` = from its row on.
     pub command_from: Option<&'a [f64]>,
     /// [V] v_b; `None` = full battery.
     pub voltage: Option<&'a [f64]>,

@@ -27,7 +27,8 @@ pub(crate) struct RotorLog {
     pub time: Cells,
     /// [-] each command held until the next.
     pub command: Cells,
-    /// [s] from when on the command of each row was in force, where that is known to be before its row.
+    /// [s] from when on the command of each row was in force, where that is not known to be its row; behind it by a dead time that nobody can
+    /// tell from none.
     pub command_from: Option<Cells>,
     /// [s] standard deviation of what is known of a dead time from when commands step, where that is between rows.
     pub delay_unknown: f64,
@@ -100,11 +101,6 @@ impl Beside {
 /// together only, and a bench has one.
 pub(crate) fn is_one_delay(one: f64, other: f64, unknown: f64) -> bool {
     (one - other).abs() < THRESHOLDS.same_step_delay * unknown
-}
-
-/// Instants [s] so much later, where that is not after the row that shows the step.
-pub(crate) fn moved<'a>(from: &'a [f64], time: &'a [f64], later: f64) -> impl Iterator<Item = f64> + 'a {
-    from.iter().zip(time).map(move |(at, row)| (at + later).min(*row))
 }
 
 impl RotorLog {
@@ -220,11 +216,7 @@ impl RotorLog {
         let from = self.command_from(rows)?;
         let is_off = delay != self.delay_found && is_one_delay(delay, self.delay_found, self.delay_unknown);
         let later = self.delay_found - delay;
-        Some(if is_off {
-            moved(from, &self.time[rows.clone()], later).collect()
-        } else {
-            Cow::Borrowed(from)
-        })
+        Some(if is_off { from.iter().map(|at| at + later).collect() } else { Cow::Borrowed(from) })
     }
 
     /// Whether it was ever commanded to turn.

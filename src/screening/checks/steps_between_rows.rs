@@ -9,7 +9,7 @@ use crate::estimation::step_instants::{Hold, Instants, Stepped};
 use crate::screening::channel::Judgement;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::screening::rotor::CheckedRotor;
-use crate::screening::rotor_data::RotorLog;
+use crate::screening::rotor_data::{RotorLog, is_one_delay};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// [intervals²] variance of instants that are spread evenly over their interval.
@@ -92,6 +92,11 @@ impl RotorLog {
         // Instants are half a row early on average if the logger's clock has nothing to do with the commands': nobody has said so.
         self.delay_unknown = (self.interval * EVEN.sqrt()).hypot(instants.delay_deviation);
         self.delay_found = instants.delay;
+        // What nobody can tell from none is none: then the instants are when the rates answered.
+        if is_one_delay(self.delay_found, 0.0, self.delay_unknown) {
+            from.iter_mut().for_each(|at| *at += self.delay_found);
+            self.delay_found = 0.0;
+        }
         self.command_from = Some(from.into());
     }
 }

@@ -86,8 +86,8 @@ class Figure {
       const host = element("div", { class: "chart" });
       return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
     });
-    // Just come into view, it may not be drawn yet.
-    const whole = async () => (this.stale && await this.refresh(true), drawing(this.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink));
+    // Just come into view, or just made anew, it may not be drawn yet.
+    const whole = async () => ((this.stale || !this.root.dataset.drawn) && await this.refresh(true), drawing(this.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink));
     const png = button("picture", async () => saveBlob(await picture(await whole()), "plot.png"), { class: "quiet", "aria-label": "save a picture of " + title });
     const lines = button("SVG", async () => saveBlob(await whole(), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
     this.root = element("figure", { "aria-label": title },
