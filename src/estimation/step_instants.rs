@@ -284,7 +284,7 @@ impl Stepped<'_> {
             .iter()
             .copied()
             .fold((0.0, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
-        let near_top = |it: &&(f64, f64)| it.0 != top.0 && it.1 > top.1 - THRESHOLDS.no_step_delay;
+        let near_top = |it: &&(f64, f64)| it.0 != top.0 && it.1 > top.1 - THRESHOLDS.far_below;
         // Even instants of many steps leave no more than a part of the interval that is one over their number.
         let mut all = match coarse.iter().find(near_top) {
             Some(_) => coarse,

@@ -151,6 +151,8 @@ crate::thresholds! {
     most_step_delays: f64 = 80.0, "count", "judgement (time of computing)";
     /// [-] longest second time constant behind a step, over the first
     longest_second_lag: f64 = 0.95, "-", "judgement: at one the two cannot be told apart";
+    /// logarithm of a likelihood below the best at which the next place of a grid says that the best stands alone
+    far_below: f64 = 10.0, "-", "judgement: a weight of 1 in 20,000";
     /// [-] share of all gains that another input may have, by which those beside the best are looked at closer
     closer_gain: f64 = 0.02, "-", "far more than the search before leaves open";
     /// [-] standard deviation, over an interval, up to which an instant is told
@@ -158,7 +160,7 @@ crate::thresholds! {
     /// dead times, over two intervals, by which it is judged
     step_delay_grid: usize = 24, "count", "a twelfth of an interval";
     /// logarithm of a likelihood below the best with which a dead time of none is allowed
-    no_step_delay: f64 = 10.0, "-", "judgement: some hundred steps say far more of a dead time above a hundredth of a row; a smaller one would differ from log to log";
+    no_step_delay: f64 = 2.0, "-", "two standard errors of a normal distribution";
     /// logarithm of a likelihood by which a fit must gain for each number more of the way an output follows steps
     step_shape_gain: f64 = 4.0, "-", "as information criteria of some thousand rows ask";
     /// logarithm of a likelihood: a round that gains less ends the search

@@ -205,7 +205,7 @@ crate::thresholds! {
     /// Readings from which it is asked whether what is new in a channel is another's: a command made from a rate, a rate from an angle.
     new_fewest: usize = 200, "count", "judgement";
     /// Readings of a long log that are looked at for that.
-    new_most: usize = 2_000, "count", "time of computing: a correlation is known to 0.02";
+    new_most: usize = 5_000, "count", "time of computing";
     /// Readings before one on which what comes next may depend.
     new_before: usize = 3, "count", "judgement";
     /// Readings by which a controller answers later, at the most.

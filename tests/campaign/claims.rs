@@ -94,6 +94,54 @@ fn nothing_is_missing_where_commands_step_between_rows() {
     }
 }
 
+/// A plain lag of 12 1/s in rows of 20 ms, with a dead time of a part of a row: nobody can tell that from when the steps came, and it is
+/// no other effect either.
+#[test]
+fn a_dead_time_of_half_a_row_is_none_where_commands_step_between_rows() {
+    for (number, rows_late) in [0.1, 0.2, 0.3, 0.5].into_iter().enumerate() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [train, validate] = [0, 1].map(|part| {
+            let path = folder.path().join(format!("{part}.csv"));
+            std::fs::write(&path, late_stand(0.02 * rows_late, 40 + 2 * number as u64 + part))
+                .expect("written");
+            [ScreenedLog::from(csv::read(&path).expect("a log"))]
+        });
+        let mut model = Model::paper();
+        (model.actuator.pole, model.actuator.voltage_gain) = (12.0, 0.0);
+        model.actuator.steady_rate = vec![0.0, 1250.0, 0.0];
+        let found =
+            diagnose(&model, &train, &validate, &DiagnoseConfig::default(), &|_| {}).expect("an answer");
+        assert_eq!(found.verdict, Verdict::Adequate, "{rows_late}: {:?}", found.effects);
+    }
+}
+
+/// 60 s of it, its command stepping each 0.4 to 0.9 s: by the formula, from step to step.
+fn late_stand(delay: f64, seed: u64) -> String {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let (mut steps, mut at) = (Vec::new(), 0.3);
+    while at < 60.0 {
+        steps.push((at, random.random_range(0.3..0.6)));
+        at += random.random_range(0.4..0.9);
+    }
+    let first = (0.0, 0.4);
+    let text = (0..3_000).map(|row| {
+        let now = 0.02 * f64::from(row);
+        let command = steps.iter().rfind(|step| step.0 <= now).unwrap_or(&first).1;
+        let (mut rate, mut since, mut target) = (500.0, 0.0, 500.0);
+        for (at, to) in steps.iter().take_while(|step| step.0 + delay <= now) {
+            let at = at + delay;
+            rate = target + (rate - target) * (-12.0 * (at - since)).exp();
+            (since, target) = (at, 1250.0 * to);
+        }
+        // The sum of twelve is nearly normal.
+        let noise = (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+        let rate: f64 = target + (rate - target) * (-12.0 * (now - since)).exp() + noise;
+        format!("{now},{command},{rate:.4}\n")
+    });
+    "time_s,command_1,propeller_rate_1_rad_s\n".to_owned() + &text.collect::<String>()
+}
+
 #[test]
 fn commands_that_step_between_rows_are_seen() {
     let mut asked = 0;
