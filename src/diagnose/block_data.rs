@@ -12,7 +12,6 @@ use crate::estimation::moments::deviation;
 use crate::estimation::output_error::Residuals;
 use crate::log::Cells;
 use crate::screening::channel_noise::ChannelNoise;
-use crate::screening::rotor_data::is_one_delay;
 use crate::signal::{Sensor, columns};
 
 /// What is measured at a block's end.
@@ -204,8 +203,8 @@ impl BlockData {
         runs.iter().map(|run| run.delay_unknown).fold(0.0, f64::max)
     }
 
-    /// [s] the dead time that rates say beside the instants of steps, in the mean over logs by how well each knows it; none where it is no
-    /// more than what is not known of it; `None` where no command steps between rows.
+    /// [s] the dead time that rates say beside the instants of steps, in the mean over logs by how well each knows it; `None` where no
+    /// command steps between rows.
     pub(crate) fn step_delay(&self) -> Option<f64> {
         let Runs::Rotor(runs) = &self.runs else { return None };
         let mut of_logs: BTreeMap<(usize, usize), (usize, f64)> = BTreeMap::new();
@@ -217,8 +216,7 @@ impl BlockData {
         let weighed = of_logs.values().map(|(steps, delay)| ((*steps as f64).powi(2), delay));
         let (weights, sum) = weighed
             .fold((0.0, 0.0), |(weights, sum), (weight, delay)| (weights + weight, sum + weight * delay));
-        let common = (weights > 0.0).then(|| sum / weights)?;
-        Some(if is_one_delay(common, 0.0, self.delay_unknown()) { 0.0 } else { common })
+        (weights > 0.0).then(|| sum / weights)
     }
 
     /// Has the steps of all runs come when one dead time [s] of all says so.

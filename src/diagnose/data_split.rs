@@ -34,8 +34,11 @@ impl DataSplit {
     pub fn new(mut train: BlockData, mut validate: Option<BlockData>) -> Self {
         let of_held_out = || validate.as_ref().and_then(BlockData::step_delay);
         if let Some(common) = train.step_delay().or_else(of_held_out) {
-            train.take_delay(common);
-            validate.iter_mut().for_each(|held_out| held_out.take_delay(common));
+            // What nobody can tell from none is none.
+            for delay in [common, 0.0] {
+                train.take_delay(delay);
+                validate.iter_mut().for_each(|held_out| held_out.take_delay(delay));
+            }
         }
         let folds = match validate {
             Some(_) => Vec::new(),
@@ -192,6 +195,34 @@ mod tests {
         for row in 0..600 {
             assert_eq!(folds.iter().filter(|(_, held_out)| held_out[row]).count(), 1, "row {row}");
             assert!(folds.iter().all(|(train, held_out)| train[row] != held_out[row]), "row {row}");
+        }
+    }
+
+    /// What rates answered to, a dead time behind an instant, is the same before and after; the dead time is that of all logs, and none where
+    /// nobody can tell it from none.
+    #[test]
+    fn logs_whose_commands_step_between_rows_have_one_dead_time() {
+        let log = |found: f64| {
+            let mut data = at_once((0..600).map(|row| 0.4 + 0.1 * f64::from(row / 30 % 2)));
+            let Runs::Rotor(runs) = &mut data.runs else { unreachable!("a rotor") };
+            runs[0].command_from = Some(runs[0].time.iter().map(|at| at - 0.004).collect());
+            (runs[0].delay_found, runs[0].delay_unknown) = (found, 0.003);
+            data
+        };
+        let run = |data: &BlockData| match &data.runs {
+            Runs::Rotor(runs) => (runs[0].delay_found, runs[0].command_from.as_deref().map(|from| from[50])),
+            Runs::Body(_) => (f64::NAN, None),
+        };
+        let answered = |found: f64| 0.5 - 0.004 + found;
+        for (train, validate, common) in [(0.020, 0.021, 0.020), (0.005, 0.002, 0.0), (0.020, 0.040, 0.020)] {
+            let split = DataSplit::new(log(train), Some(log(validate)));
+            for (data, found) in [(&split.train, train), (&split.validate, validate)] {
+                let (delay, from) = run(data);
+                assert!((from.expect("known") + delay - answered(found)).abs() < 1e-12);
+                // A log that is further from the others than one can be unsure keeps its own.
+                let kept = if (found - common).abs() < 0.006 { common } else { found };
+                assert!((delay - kept).abs() < 1e-12, "{found}: {delay}");
+            }
         }
     }
 }

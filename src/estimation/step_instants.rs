@@ -38,7 +38,7 @@ pub(crate) struct Instants {
     pub delay: f64,
     /// [-] of all changes of the output's level, the share that goes with the input; below zero, against it.
     pub answered: f64,
-    /// Rows, ascending, in which the output hangs on the instants of steps that nothing tells.
+    /// Rows, ascending, in which the output hangs on steps whose instant is not known.
     pub unknown: Vec<usize>,
 }
 
@@ -136,15 +136,15 @@ impl Stepped<'_> {
             Some(output) => {
                 let alone = Stepped { output: &output, ..*self };
                 let first = looked.of(&alone).0.follow(Trial { following: first, ..plain }, 0.0..latest);
-                alone.told(&looked, first, most_left)
+                alone.estimate(&looked, first, most_left)
             }
-            None => self.told(&looked, first, most_left),
+            None => self.estimate(&looked, first, most_left),
         };
         found.filter(|found| found.steps.len() >= fewest)
     }
 
     /// The instants, by an output that nothing but steps moves, from the way in which it follows the first of them.
-    fn told(&self, looked: &Looked, first: Following, most_left: f64) -> Option<Instants> {
+    fn estimate(&self, looked: &Looked, first: Following, most_left: f64) -> Option<Instants> {
         let ((few, many), latest) = (looked.of(self), looked.latest);
         let trial = |following: Following, curve| Trial { following, steps: Steps::Between, curve };
         let judged = many.carry_out(&trial(first, None));
@@ -170,37 +170,38 @@ impl Stepped<'_> {
         let (found, delay_deviation, best) = many.delayed(&trial(between, curve), without);
         let steps = self.carry_out(&trial(found, curve)).steps;
         let steps: Vec<Instant> = steps.iter().map(|step| instant(step, noise)).collect();
-        let unknown = self.unknown_rows(&steps, &trial(found, curve), noise.sqrt());
+        // Of an exact simulation hardly any noise is left, and rows without end would hang on a step.
+        let felt = THRESHOLDS.felt_step * noise.sqrt().max(THRESHOLDS.felt_step * most_left);
+        let unknown = self.unknown_rows(&steps, &trial(found, curve), felt);
         let (over_rows, over_lead) = (best - fixed, best - leads);
         Some(Instants { steps, over_rows, over_lead, delay_deviation, delay: found.delay, answered, unknown })
     }
 
-    /// Rows behind steps, nearly as large as usual ones, whose instant is none of `steps`, for as long as the output shows it in noise of
-    /// this rms.
-    fn unknown_rows(&self, steps: &[Instant], trial: &Trial, noise: f64) -> Vec<usize> {
+    /// Rows behind steps, nearly as large as usual ones, whose instant is none of `steps`, for as long as that moves the output by what is
+    /// `felt` [unit of the output].
+    fn unknown_rows(&self, steps: &[Instant], trial: &Trial, felt: f64) -> Vec<usize> {
         let size = |inputs: [f64; 2]| (inputs[1] - inputs[0]).abs();
         let usual = median(steps.iter().map(|step| size(step.inputs))).unwrap_or(f64::INFINITY);
         let (Some(curve), following) = (trial.curve, trial.following) else { return Vec::new() };
-        let mut rows = Vec::new();
+        let mut rows: Vec<usize> = Vec::new();
         for holds in self.stretches {
             for pair in holds.windows(2) {
                 let (row, inputs) = (pair[1].from, [pair[0].input, pair[1].input]);
                 let step = steps.binary_search_by_key(&row, |step| step.row).ok().map(|at| &steps[at]);
-                let is_known = step.is_some_and(|step| step.deviation < THRESHOLDS.told_instant);
+                let is_known = step.is_some_and(|step| step.deviation < THRESHOLDS.known_instant);
                 if is_known || size(inputs) < THRESHOLDS.disturbing_step * usual {
                     continue;
                 }
                 let jump = (curve.level(inputs[1]) - curve.level(inputs[0])).abs();
                 // Of an even instant, which nobody knows to more than that.
                 let moved = following.pole * jump * self.interval / 12.0_f64.sqrt();
-                let shown = (moved / (THRESHOLDS.felt_step * noise)).ln().max(0.0) / following.pole;
+                let shown = (moved / felt).ln() / following.pole;
                 let until = self.time[row] + following.delay + shown;
                 let last = holds.last().map_or(row, |hold| hold.end);
-                rows.extend((row..last).take_while(|row| shown > 0.0 && self.time[*row] <= until));
+                let next = rows.last().map_or(row, |last| row.max(last + 1));
+                rows.extend((next..last).take_while(|row| shown > 0.0 && self.time[*row] <= until));
             }
         }
-        rows.sort_unstable();
-        rows.dedup();
         rows
     }
 

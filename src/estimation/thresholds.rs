@@ -155,8 +155,8 @@ crate::thresholds! {
     far_below: f64 = 10.0, "-", "judgement: a weight of 1 in 20,000";
     /// [-] share of all gains that another input may have, by which those beside the best are looked at closer
     closer_gain: f64 = 0.02, "-", "far more than the search before leaves open";
-    /// [-] standard deviation, over an interval, up to which an instant is told
-    told_instant: f64 = 0.2, "-", "judgement: of an even one that nothing tells it is 0.29";
+    /// [-] standard deviation, over an interval, up to which an instant is known
+    known_instant: f64 = 0.2, "-", "judgement: of an even one of which nothing is known it is 0.29";
     /// dead times, over two intervals, by which it is judged
     step_delay_grid: usize = 24, "count", "a twelfth of an interval";
     /// logarithm of a likelihood below the best with which a dead time of none is allowed

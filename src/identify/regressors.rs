@@ -66,6 +66,7 @@ pub(crate) fn walk(
     let (times, rates, commands) = (&rotor.time[..], &rotor.rate[..], &rotor.command[..]);
     // From when on the commands are in force.
     let since = rotor.command_from.as_deref().unwrap_or(times);
+    let behind = delay + rotor.instants_later(0.0);
     let voltage = rotor.voltage.as_deref();
     // A battery does not jump as a command does: over an interval it counts with both ends.
     let drop_at = |row: usize| {
@@ -87,16 +88,16 @@ pub(crate) fn walk(
         // A command that was in force before its row is that of the next one at most.
         let last = if rotor.command_from.is_some() { (row + 1).min(segment.end - 1) } else { row };
         let rate = if time < heard { f64::NAN } else { rates[row] };
-        while acting < last && since[acting + 1] + delay <= time {
+        while acting < last && since[acting + 1] + behind <= time {
             acting += 1;
         }
         let drop = drop_at(row);
         visit(Acting { row: Some(row), time, rate, command: commands[acting], drop });
         let next = if row + 1 < segment.end { times[row + 1] } else { continue };
-        while acting < last && since[acting + 1] + delay < next {
+        while acting < last && since[acting + 1] + behind < next {
             acting += 1;
             if commands[acting] != commands[acting - 1] {
-                let time = since[acting] + delay;
+                let time = since[acting] + behind;
                 visit(Acting { row: None, time, rate: f64::NAN, command: commands[acting], drop });
             }
         }

@@ -35,10 +35,11 @@ fn errors_of(equations: &Equations, rotor: &RotorLog, errors: &mut Vec<f64>, com
         // What was commanded before is not known, and the first reading is noisy: the run has forgotten both after a while.
         let Some(first) = segment.clone().find(|row| rotor.rate[*row].is_finite()) else { continue };
         let rows = first..segment.end;
+        let from = rotor.command_from_beside(equations.command_delay(), &rows);
         let input = RotorInput {
             time: &rotor.time[rows.clone()],
             command: &rotor.command[rows.clone()],
-            command_from: rotor.command_from(&rows),
+            command_from: from.as_deref(),
             voltage: rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
             side: side(rotor.number.saturating_sub(1)),
         };

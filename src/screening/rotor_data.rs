@@ -27,8 +27,7 @@ pub(crate) struct RotorLog {
     pub time: Cells,
     /// [-] each command held until the next.
     pub command: Cells,
-    /// [s] from when on the command of each row was in force, where that is not known to be its row; behind it by a dead time that nobody can
-    /// tell from none.
+    /// [s] from when on the command of each row was in force, where that is known to be before its row.
     pub command_from: Option<Cells>,
     /// [s] standard deviation of what is known of a dead time from when commands step, where that is between rows.
     pub delay_unknown: f64,
@@ -211,12 +210,16 @@ impl RotorLog {
         self.command_from.as_ref().map(|from| &from[rows.clone()])
     }
 
-    /// The same beside a model with this dead time [s] of the commands, where the log's own is as near to it as one can know.
+    /// The same beside a model with this dead time [s] of the commands.
     pub fn command_from_beside(&self, delay: f64, rows: &Range<usize>) -> Option<Cow<'_, [f64]>> {
-        let from = self.command_from(rows)?;
-        let is_off = delay != self.delay_found && is_one_delay(delay, self.delay_found, self.delay_unknown);
-        let later = self.delay_found - delay;
-        Some(if is_off { from.iter().map(|at| at + later).collect() } else { Cow::Borrowed(from) })
+        let (from, later) = (self.command_from(rows)?, self.instants_later(delay));
+        Some(if later == 0.0 { Cow::Borrowed(from) } else { from.iter().map(|at| at + later).collect() })
+    }
+
+    /// [s] by how much later commands were in force beside a model with this dead time: where the log's own is as near to it as one can
+    /// know, it is the model's, and instants are those that make the same of the rates.
+    pub fn instants_later(&self, delay: f64) -> f64 {
+        if is_one_delay(delay, self.delay_found, self.delay_unknown) { self.delay_found - delay } else { 0.0 }
     }
 
     /// Whether it was ever commanded to turn.

@@ -1,7 +1,7 @@
 //! What screening claims of logs whose truth is known: of those that hide an effect or a law, and are honest about rows, commands and
 //! rates, none of what takes rows or effects from them; of benches whose commands step between rows, that they do.
 
-use rotorbench::diagnose::{DiagnoseConfig, Verdict, diagnose};
+use rotorbench::diagnose::{DiagnoseConfig, Diagnosis, Verdict, diagnose};
 use rotorbench::log::csv;
 use rotorbench::model::Model;
 use rotorbench::screening::ScreenedLog;
@@ -52,17 +52,21 @@ fn nothing_is_claimed_of_logs_that_are_what_they_say() {
     assert!(asked > 40, "{asked} cases");
 }
 
-/// Where in their rows steps came on average nobody knows: half a row is uncertain, however many steps there are.
-#[test]
-fn a_dead_time_of_steps_between_rows_is_known_to_a_part_of_a_row() {
-    let case = between_rows::Case::draw(1, 71_005);
+/// What is missing on a bench, by its logs and its model.
+fn diagnosed(case: &between_rows::Case) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
     case.write(folder.path()).expect("written");
     let log = |name: &str| [csv::read(&folder.path().join(name)).expect("a log").into()];
     let model = Model::load(&folder.path().join("model.toml")).expect("a model");
     let config = DiagnoseConfig::default();
-    let found =
-        diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).expect("an answer");
+    diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).expect("an answer")
+}
+
+/// Where in their rows steps came on average nobody knows: half a row is uncertain, however many steps there are.
+#[test]
+fn a_dead_time_of_steps_between_rows_is_known_to_a_part_of_a_row() {
+    let case = between_rows::Case::draw(1, 71_005);
+    let found = diagnosed(&case);
     assert_eq!(found.effects, ["transport_delay"], "{}", case.truth);
     let delay = &found.parameters["transport_delay.delay"];
     let row = 1.0 / case.truth["rate_hz"].as_f64().expect("a number");
@@ -83,13 +87,7 @@ fn nothing_is_missing_where_commands_step_between_rows() {
         // Every other hides nothing.
         let case = between_rows::Case::draw(2 * number, 71_200 + number);
         assert_eq!(case.truth["effect"], "none");
-        let folder = tempfile::tempdir().expect("a folder");
-        case.write(folder.path()).expect("written");
-        let log = |name: &str| [csv::read(&folder.path().join(name)).expect("a log").into()];
-        let model = Model::load(&folder.path().join("model.toml")).expect("a model");
-        let config = DiagnoseConfig::default();
-        let found =
-            diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).expect("an answer");
+        let found = diagnosed(&case);
         assert_eq!(found.verdict, Verdict::Adequate, "{:?}: {}", found.effects, case.truth);
     }
 }
