@@ -10,11 +10,11 @@ use std::time::Duration;
 use rotorbench::can::{Arrival, Port, Roles, RotorCommands};
 use rotorbench::clock;
 use rotorbench::emulate::Emulator;
-use rotorbench::guard::Cause;
+use rotorbench::guard::{Cause, State};
 use rotorbench::rt;
 
 use crate::bus::Bus;
-use crate::processes::{Patience, Process, TestBench, Watcher, up_to_six_times};
+use crate::processes::{Patience, Process, TestBench, Watcher, late, up_to_six_times};
 
 /// What is wrong with the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -225,12 +225,23 @@ fn processes_that_die_or_stand_still_end_in_the_safe_command() {
     }
 }
 
-/// [rad/s] the speeds that the ESCs report, the newest of each, and when the newer came.
-fn speeds(bench: &TestBench, port: &mut Port, mut enough: impl FnMut([f64; 2], u64) -> bool) -> u64 {
+/// When the speeds [rad/s] that the ESCs report, the newest of each, were `enough`. Whom the machine held up for so long
+/// that the guard latched, before the fault, asks again.
+fn when_speeds_are(
+    bench: &TestBench,
+    port: &mut Port,
+    watcher: &mut Watcher,
+    mut enough: impl FnMut([f64; 2], u64) -> bool,
+) -> u64 {
     let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
     let (mut receiver, mut sensors) = (roles.sensor_receiver(), rotorbench::signal::Sensors::default());
     let (mut done, mut patience) = (0, Patience::seconds(10));
     while done == 0 {
+        watcher.each(|_| {});
+        if watcher.newest.state == State::FailsafeLatched as u32 {
+            let said: Vec<String> = watcher.said.iter().map(rotorbench::report::guard::event).collect();
+            late(format!("latched before the fault: {said:#?}"));
+        }
         assert!(patience.lasts(), "it never happened: {:?}", sensors.propeller_rate);
         let _ = rt::wait([port.as_raw_fd()], clock::monotonic_ns() + 100_000_000);
         let _ = port.receive(|arrival| {
@@ -256,7 +267,7 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             let (bridge, _control, mut watcher) = armed_bench(&bench);
             let (mut cruise, settled_ns) = ([0.0; 2], clock::monotonic_ns() + 1_000_000_000);
             // On a busy machine they may take longer than that second.
-            speeds(&bench, &mut port, |speed, at_ns| {
+            when_speeds_are(&bench, &mut port, &mut watcher, |speed, at_ns| {
                 cruise = speed;
                 at_ns > settled_ns && cruise.iter().all(|it| *it > 300.0)
             });
@@ -264,7 +275,7 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             bridge.signal(signal);
             // With its time constant of 62 ms a rotor that was commanded to stop has lost a fifth of its speed after 14 ms.
             // A speed of zero is one that has not come yet.
-            let slowing_ns = speeds(&bench, &mut port, |speed, stamp_ns| {
+            let slowing_ns = when_speeds_are(&bench, &mut port, &mut watcher, |speed, stamp_ns| {
                 let slower = |(now, before): (&f64, &f64)| *now > 0.0 && *now < 0.8 * before;
                 stamp_ns > at_ns && speed.iter().zip(&cruise).all(slower)
             });
