@@ -6,6 +6,7 @@ mod dronecan;
 mod dronecan_allocation;
 mod dronecan_bench;
 mod dronecan_fd;
+mod dronecan_others;
 mod dronecan_param;
 mod dronecan_random;
 mod dronecan_refused;
