@@ -37,6 +37,7 @@ pub mod slope;
 pub mod smoother;
 pub(crate) mod step_course;
 pub(crate) mod step_instants;
+mod step_other;
 pub(crate) mod step_search;
 mod step_trial;
 pub mod surrogate_test;

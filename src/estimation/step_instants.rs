@@ -131,12 +131,24 @@ impl Stepped<'_> {
         let coarse = shortly.coarse(Steps::Between)?;
         let plain = Trial { following: coarse, steps: Steps::Between, curve: None };
         let first = shortly.follow(plain, 0.0..latest);
-        // What another input does to the levels, and on the way to them, is no instant.
-        let found = match self.without_other(&few, first) {
-            Some(output) => {
+        // What another input does on the way to a level is no instant.
+        let found = match self.without_other(&few, shortly.search(plain, 0.0..latest).plain(), &(0.0..latest))
+        {
+            Some((output, following)) => {
                 let alone = Stepped { output: &output, ..*self };
-                let first = looked.of(&alone).0.follow(Trial { following: first, ..plain }, 0.0..latest);
-                alone.estimate(&looked, first, most_left)
+                let (shortly_alone, _) = looked.of(&alone);
+                let next = shortly_alone.follow(Trial { following, ..plain }, 0.0..latest);
+                let likelihood = |record: &Stepped, following| {
+                    record.carry_out(&Trial { following, ..plain }).likelihood()
+                };
+                // A shape of the way to follow may say the same.
+                let shows = likelihood(&shortly_alone, next)
+                    > likelihood(&shortly, first) + THRESHOLDS.step_shape_gain;
+                if shows {
+                    alone.estimate(&looked, next, most_left)
+                } else {
+                    self.estimate(&looked, first, most_left)
+                }
             }
             None => self.estimate(&looked, first, most_left),
         };

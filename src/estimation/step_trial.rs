@@ -3,8 +3,6 @@
 
 use std::ops::Range;
 
-use super::golden_section::golden;
-use super::moments::deviation;
 use super::step_course::{Course, Curve, Lags, Sums};
 use super::thresholds::THRESHOLDS;
 
@@ -116,53 +114,6 @@ impl Tried {
 }
 
 impl Stepped<'_> {
-    /// The output without what another input makes of it through a lag of this `pole` [1/s]; `None` where that is nothing, by the holds of
-    /// `few`.
-    pub(super) fn without_other(&self, few: &[Vec<Hold>], following: Following) -> Option<Vec<f64>> {
-        let added = self.lagged(self.other?, following.pole);
-        let trial = Trial { following, steps: Steps::Between, curve: None };
-        let without = |gain: f64| -> Vec<f64> {
-            self.output.iter().zip(&added).map(|(output, added)| output - gain * added).collect()
-        };
-        let likelihood = |gain: f64| {
-            Stepped { output: &without(gain), stretches: few, ..*self }.carry_out(&trial).likelihood()
-        };
-        let rows = || {
-            self.stretches.iter().filter_map(|holds| Some(holds.first()?.from..holds.last()?.end)).flatten()
-        };
-        let moved = deviation(rows().map(|row| added[row]));
-        let widest =
-            deviation(rows().map(|row| self.output[row]).filter(|output| output.is_finite())) / moved;
-        if !widest.is_finite() {
-            return None;
-        }
-        let cost = |gain: f64| -likelihood(gain);
-        let (gain, _) = golden(cost, -widest, widest);
-        let closer = THRESHOLDS.closer_gain * widest;
-        let (gain, left) = golden(cost, gain - closer, gain + closer);
-        (-left > likelihood(0.0) + THRESHOLDS.step_shape_gain).then(|| without(gain))
-    }
-
-    /// An input through a lag, from its first value on in each stretch; zero where it is not known.
-    fn lagged(&self, input: &[f64], pole: f64) -> Vec<f64> {
-        let mut lagged = vec![0.0; input.len()];
-        for holds in self.stretches {
-            let (Some(first), Some(last)) = (holds.first(), holds.last()) else { continue };
-            let (mut now, mut held) = (f64::NAN, f64::NAN);
-            for row in first.from..last.end {
-                if held.is_finite() {
-                    now += (1.0 - (-pole * (self.time[row] - self.time[row - 1])).exp()) * (held - now);
-                }
-                if input[row].is_finite() {
-                    held = input[row];
-                    now = if now.is_finite() { now } else { held };
-                }
-                lagged[row] = if now.is_finite() { now } else { 0.0 };
-            }
-        }
-        lagged
-    }
-
     pub(super) fn carry_out(&self, trial: &Trial) -> Tried {
         let mut tried = Tried::default();
         for holds in self.stretches {

@@ -112,3 +112,36 @@ fn end_weight(through: f64) -> f64 {
     // Evenly, and 1/12 of p T more, where the difference of the two terms drowns.
     if through.abs() < 1e-3 { 0.5 + through / 12.0 } else { (gone - through * left) / (gone * gone) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// A dead time that nobody can tell from none is a part of the instants; of one that shows, the fit finds how long it is.
+    #[test]
+    fn a_step_between_rows_acts_when_the_rates_answered() {
+        let time: Vec<f64> = (0..40).map(|row| 0.02 * f64::from(row)).collect();
+        let command: Vec<f64> = (0..40).map(|row| if row < 20 { 0.4 } else { 0.5 }).collect();
+        let rate = command.iter().map(|command| 1_000.0 * command).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("command_1", command).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rate).expect("fits");
+        let mut data = RotorLog::clone(ScreenedLog::from(log).rotor(1).expect("a rotor").data());
+        data.command_from = Some(data.time.iter().map(|at| at - 0.008).collect());
+        data.delay_unknown = 0.006;
+        for (found, delay, acts) in
+            [(0.005, 0.0, 0.397), (0.005, 0.003, 0.4), (0.03, 0.0, 0.392), (0.03, 0.03, 0.422)]
+        {
+            data.delay_found = found;
+            let mut first = f64::NAN;
+            walk(&data, &(0..40), 12.0, delay, |it| {
+                if it.command == 0.5 && first.is_nan() {
+                    first = it.time;
+                }
+            });
+            assert!((first - acts).abs() < 1e-9, "{found}, {delay}: {first}");
+        }
+    }
+}

@@ -28,6 +28,7 @@ pub mod requirements;
 mod rotor;
 pub mod rotor_data;
 pub mod run_stretches;
+pub mod same_bench;
 pub mod screened_body;
 pub mod screened_log;
 pub mod screened_rotor;

@@ -15,6 +15,8 @@ pub(crate) struct CheckedRotor<'a> {
     pub measured: &'a [f64],
     /// Rows at which it stands or starts, ascending, by its rates before any check took one out.
     pub at_rest: Vec<usize>,
+    /// Whether its commands step between rows in another log of this bench.
+    pub steps_elsewhere: bool,
 }
 
 impl<'a> CheckedRotor<'a> {
@@ -24,7 +26,7 @@ impl<'a> CheckedRotor<'a> {
         let (data, missing) = RotorLog::read(log, voltage, number)?;
         let measured = log.column(&columns::propeller_rate(number)).unwrap_or_default();
         let at_rest = data.at_rest();
-        Some(Self { data, missing, measured, at_rest })
+        Some(Self { data, missing, measured, at_rest, steps_elsewhere: false })
     }
 
     /// Whether any of its rates is a measurement.

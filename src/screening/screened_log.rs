@@ -1,12 +1,13 @@
 //! A log judged once: of each channel which cells are measurements, of rotors, thrusts and the body which rows are scored, and why
 //! the others are not. Whoever fits a model to a log, compares one with it or describes it takes it from here, so that all see the same rows.
 
-use std::ops::Range;
+mod parts;
+
 use std::sync::Arc;
 
 use super::attitude::{Attitude, Mistaken};
 use super::battery::CheckedBattery;
-use super::channel::{self, CheckedChannel, Judgement, OF_BODY};
+use super::channel::{self, CheckedChannel, Judgement};
 use super::checks;
 use super::checks::rate_of_angle::{self, RATE_OF_ANGLE};
 use super::column::{CheckedColumn, Remark};
@@ -17,7 +18,7 @@ use super::screened_thrust::ScreenedThrust;
 use super::suspicion::Suspicion;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
-use crate::log::signals::{MOST_ROTORS, rotor_of};
+use crate::log::signals::MOST_ROTORS;
 use crate::signal::ROTORS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
 use crate::threads::spread;
@@ -109,18 +110,20 @@ impl From<Dataset> for ScreenedLog {
         let names = channel::screened(&raw);
         let channels = spread(&names, |name| ScreenedChannel::of(&raw, name)).into_iter().flatten().collect();
         let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
-        Self(Arc::new(Judged::of(raw, channels, of_columns, |battery| {
+        Self(Arc::new(Judged::of(raw, channels, of_columns, &[], |battery| {
             checks::BATTERY.iter().find_map(|check| check(battery))
         })))
     }
 }
 
 impl Judged {
-    /// A log whose channels and columns are judged; `judge` looks at the battery beside the rotors.
+    /// A log whose channels and columns are judged; `judge` looks at the battery beside the rotors, and of those `stepping` commands step
+    /// between rows in another log of the bench.
     fn of(
         mut raw: Dataset,
         mut channels: Vec<ScreenedChannel>,
         columns: Vec<Suspicion>,
+        stepping: &[usize],
         judge: impl FnOnce(&CheckedBattery) -> Option<Judgement>,
     ) -> Self {
         let mut cleaned = None;
@@ -130,7 +133,8 @@ impl Judged {
         let rotor = |number: usize| {
             let rate = columns::propeller_rate(number);
             let rates = channels.iter().find(|channel| channel.name == rate);
-            ScreenedRotor::of(log, voltage.as_ref(), number, rates.map_or(&[], |channel| &channel.judgements))
+            let found = rates.map_or(&[][..], |channel| &channel.judgements);
+            ScreenedRotor::of(log, voltage.as_ref(), number, found, stepping.contains(&number))
         };
         let rotors = spread(&(1..=MOST_ROTORS).collect::<Vec<_>>(), |number| rotor(*number));
         let mut rotors: Vec<ScreenedRotor> = rotors.into_iter().flatten().collect();
@@ -347,69 +351,6 @@ impl ScreenedLog {
         } else {
             ScreeningError::nothing_in_common(&[self.dataset()])
         }
-    }
-}
-
-impl ScreenedLog {
-    /// The log of these rotors alone, under their own numbers and as they were judged: other rotors and the body are left out.
-    #[must_use]
-    pub(crate) fn of_rotors(&self, rotors: &[usize]) -> Self {
-        let keeps =
-            |name: &str| rotor_of(name).map_or(!OF_BODY.contains(&name), |rotor| rotors.contains(&rotor));
-        let judged = &*self.0;
-        Self(Arc::new(Judged {
-            raw: judged.raw.with_columns(keeps),
-            cleaned: judged.cleaned.as_ref().map(|cleaned| cleaned.with_columns(keeps)),
-            channels: judged.channels.iter().filter(|channel| keeps(&channel.name)).cloned().collect(),
-            columns: judged.columns.clone(),
-            units: None,
-            of_battery: judged.of_battery.clone(),
-            rotors: judged.rotors.iter().filter(|rotor| rotors.contains(&rotor.number())).cloned().collect(),
-            thrusts: judged.thrusts.iter().filter(|it| rotors.contains(&it.number())).cloned().collect(),
-            body: None,
-            chain: None,
-        }))
-    }
-
-    /// The log of these stretches of rows, which ascend, with its cells, its battery and its columns as they were judged. Where runs
-    /// of rotors and body begin and end is judged at the cuts; but what is not scored in the whole, where more is known, is not scored
-    /// in a part.
-    #[must_use]
-    pub(crate) fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
-        let whole = &*self.0;
-        let of_battery =
-            |channel: &ScreenedChannel| channel.name == BATTERY_VOLTAGE && whole.of_battery.is_some();
-        let within = |channel: &ScreenedChannel| {
-            let own = channel.judgements.len() - usize::from(of_battery(channel));
-            let judgements = channel.judgements[..own].iter().filter_map(|judged| judged.of_rows(stretches));
-            ScreenedChannel { name: channel.name.clone(), judgements: judgements.collect() }
-        };
-        let channels = whole.channels.iter().map(within).collect();
-        let mut judged = Judged::of(whole.raw.of_rows(stretches), channels, whole.columns.clone(), |_| {
-            whole.of_battery.as_ref().and_then(|judged| judged.of_rows(stretches))
-        });
-        judged.units.clone_from(&whole.units);
-        let rows: Vec<usize> = stretches.iter().cloned().flatten().collect();
-        for rotor in &mut judged.rotors {
-            if let Some(whole) = self.commanded(rotor.number()) {
-                rotor.keep_to(whole, &rows);
-            }
-        }
-        for thrust in &mut judged.thrusts {
-            if let Some(whole) = self.thrust(thrust.number()) {
-                thrust.keep_to(whole, &rows);
-            }
-        }
-        for (body, whole) in [(&mut judged.body, self.body()), (&mut judged.chain, self.chain())] {
-            if let (Some(body), Some(whole)) = (body, whole) {
-                body.keep_to(whole, &rows);
-            }
-        }
-        let made = self.body().filter(|body| body.has(RATE_OF_ANGLE));
-        let rates = made.and_then(|_| self.dataset().column(columns::BODY_RATE));
-        let rates = rates.map(|rates| rows.iter().map(|row| rates[*row]).collect());
-        rate_of_angle::put(rates, &judged.raw, &mut judged.cleaned);
-        Self(Arc::new(judged))
     }
 }
 

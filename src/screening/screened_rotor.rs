@@ -39,15 +39,16 @@ pub struct ScreenedRotor {
 
 impl ScreenedRotor {
     /// Judges rotor `number` (from 1) of a log whose channels were judged: `rates` is what was found in its rate, `voltage` that of
-    /// the log. `None` when
-    /// the log does not hold its command.
+    /// the log, and `steps_elsewhere` whether its commands step between rows in another log of the bench. `None` when the log does not
+    /// hold its command.
     pub(crate) fn of(
         log: &Dataset,
         voltage: Option<&HeldVoltage>,
         number: usize,
         rates: &[Judgement],
+        steps_elsewhere: bool,
     ) -> Option<Self> {
-        let mut rotor = CheckedRotor::read(log, voltage, number)?;
+        let mut rotor = CheckedRotor { steps_elsewhere, ..CheckedRotor::read(log, voltage, number)? };
         let mut why = vec![None; log.len()];
         // A row has the first reason that was found.
         rates.iter().rev().for_each(|judged| mark(&mut why, judged));

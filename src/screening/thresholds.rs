@@ -420,6 +420,8 @@ crate::thresholds! {
     same_step_delay: f64 = 2.0, "standard deviations", "normal distribution: 5 %";
     /// steps whose instants are looked at, at least, before commands are said to step between rows
     fewest_between_steps: usize = 10, "count", "judgement: the spread of their instants is then known to a third";
+    /// the same where they do in another log of the bench
+    fewest_steps_elsewhere: usize = 3, "count", "judgement: their dead time is then known to a third of a row";
     /// logarithm of a likelihood, instants anywhere between rows over instants at rows, from which commands step between rows
     between_rows_evidence: f64 = 6.0, "-", "random benches: 10 to 10,000 of those that do, -500 to 1 of those that do not";
     /// the same over commands that are all logged late by one time, below which that is what they are

@@ -8,9 +8,10 @@ use crate::compare::{self, CompareConfig, Comparison};
 use crate::emulate::Impulse;
 use crate::model::Model;
 use crate::screening::ScreenedLog;
+use crate::screening::same_bench::of_one_bench;
 use crate::studies::controller_comparison::{self, RunComparison};
 
-/// Compares every model with every log, log by log.
+/// Compares every model with every log, log by log, each judged with what the others show of the bench.
 ///
 /// In a program: `examples/compare.rs`.
 ///
@@ -22,6 +23,7 @@ pub fn compare(
     config: &CompareConfig,
     job: &Job,
 ) -> Result<Vec<Vec<Comparison>>, SessionError> {
+    let logs = of_one_bench(logs);
     let each = logs.iter().enumerate().map(|(index, log)| {
         job.report(Progress::Step { name: log.source_name(), number: index + 1, of: logs.len() });
         let Modelled { train, finding, .. } = Modelled::of(std::slice::from_ref(log), &[]);

@@ -1,9 +1,10 @@
 //! Logs as models are held against them.
 
 use crate::screening::many_rotors::{beyond_bench, body_left_out, of_rotors};
+use crate::screening::same_bench::of_one_bench;
 use crate::screening::{Finding, ScreenedLog};
 
-/// Of a machine with many rotors its logs without the body.
+/// Each judged with what the others of the bench show; of a machine with many rotors without the body.
 pub(super) struct Modelled {
     pub train: Vec<ScreenedLog>,
     pub validate: Vec<ScreenedLog>,
@@ -15,11 +16,13 @@ pub(super) struct Modelled {
 
 impl Modelled {
     pub fn of(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Self {
-        let rotors = beyond_bench(train);
+        let mut train = of_one_bench(&[train, validate].concat());
+        let validate = train.split_off(train.len() - validate.len());
+        let rotors = beyond_bench(&train);
         if rotors.is_empty() {
-            return Self { train: train.to_vec(), validate: validate.to_vec(), rotors, finding: None };
+            return Self { train, validate, rotors, finding: None };
         }
-        let finding = body_left_out(train, &rotors);
-        Self { train: of_rotors(train, &rotors), validate: of_rotors(validate, &rotors), rotors, finding }
+        let finding = body_left_out(&train, &rotors);
+        Self { train: of_rotors(&train, &rotors), validate: of_rotors(&validate, &rotors), rotors, finding }
     }
 }

@@ -24,7 +24,9 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     let noise = ChannelNoise::of(data.rate.iter().copied()).in_signal(&data.rate, &data.segments);
     // However much better they are than steps at rows: what leaves more than noise does not explain what the rotor did.
     let most_left = THRESHOLDS.most_left_of_steps * noise;
-    let instants = data.step_instants(most_left).filter(step_between_rows)?;
+    let elsewhere = rotor.steps_elsewhere;
+    let fewest = if elsewhere { THRESHOLDS.fewest_steps_elsewhere } else { THRESHOLDS.fewest_between_steps };
+    let instants = data.step_instants(fewest, most_left).filter(|it| step_between_rows(it, elsewhere))?;
     data.set_steps(&instants);
     let unknown: Vec<usize> =
         instants.unknown.iter().copied().filter(|row| data.rate[*row].is_finite()).collect();
@@ -35,8 +37,9 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     Some(Judgement::new(finding.with("delay_known_to_s", data.delay_unknown), unknown))
 }
 
-/// Whether steps happened between rows.
-fn step_between_rows(found: &Instants) -> bool {
+/// Whether steps happened between rows. Where they do `elsewhere`, in another log of the bench, they need not be spread evenly: few
+/// steps say nothing of that.
+fn step_between_rows(found: &Instants, elsewhere: bool) -> bool {
     let known = found.deviation().powi(2);
     // What even instants, each known to its error, scatter by.
     let expected = EVEN - known;
@@ -47,8 +50,8 @@ fn step_between_rows(found: &Instants) -> bool {
         THRESHOLDS.widest_spread_errors * (THRESHOLDS.even_variance_error / found.steps.len() as f64).sqrt();
     let is_within = found.spread() < expected * (1.0 + chance);
     // What the rates cannot tell from chance they do not say.
-    let is_even =
-        expected > THRESHOLDS.telling_spread && is_within && found.unexplained_variance() > least * expected;
+    let is_spread = elsewhere || found.unexplained_variance() > least * expected;
+    let is_even = expected > THRESHOLDS.telling_spread && is_within && is_spread;
     // Rates that do not answer the command say nothing of when it stepped.
     found.answered.abs() > THRESHOLDS.answered_steps
         && found.over_rows > THRESHOLDS.between_rows_evidence
@@ -57,7 +60,7 @@ fn step_between_rows(found: &Instants) -> bool {
 }
 
 impl RotorLog {
-    fn step_instants(&self, most_left: f64) -> Option<Instants> {
+    fn step_instants(&self, fewest: usize, most_left: f64) -> Option<Instants> {
         let mut stretches: Vec<Vec<Hold>> = Vec::new();
         for rows in &self.segments {
             let mut holds: Vec<Hold> = Vec::new();
@@ -72,7 +75,7 @@ impl RotorLog {
         let (time, output) = (&self.time[..], &self.rate[..]);
         let other = self.voltage.as_deref();
         let stepped = Stepped { time, output, other, stretches: &stretches, interval: self.interval };
-        stepped.instants(THRESHOLDS.fewest_between_steps, most_left)
+        stepped.instants(fewest, most_left)
     }
 
     /// Takes each command from when its step happened, and what moves without a step that was looked at half a row early.
@@ -100,6 +103,7 @@ impl RotorLog {
 mod tests {
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
+    use crate::screening::same_bench::of_one_bench;
 
     /// [s] of the rows.
     const ROW: f64 = 0.02;
@@ -110,30 +114,41 @@ mod tests {
         (log.into(), steps)
     }
 
-    /// The same; its rotor obeys `late` [s], and its battery gives way by `sag` [V] from the least command to the greatest.
+    /// The same; its rotor obeys `late` [s], and its battery gives way by `sag` [V] from the least command to the greatest, by and by.
     fn made(placed: impl Fn(f64) -> f64, late: f64, sag: f64) -> (Dataset, Vec<f64>) {
+        const POLE: f64 = 12.0;
+        const BATTERY_POLE: f64 = 4.0;
         let hash = |at: usize| (at as f64 * 12.9898).sin().mul_add(43_758.547, 0.0).rem_euclid(1.0);
         let (mut steps, mut at) = (Vec::new(), 0.3);
         while at < 60.0 {
             steps.push((placed(at), 0.3 + 0.3 * hash(3 * steps.len() + 1)));
             at += 0.5 + 0.4 * hash(7 * steps.len() + 2);
         }
-        let volts = |command: f64| 12.4 - sag * (command - 0.3) / 0.3;
-        let goal = |command: f64| 1_250.0 * command + 40.0 * (volts(command) - 12.4);
-        let (mut rate, mut since, mut target) = (500.0, 0.0, 500.0);
+        let goal = |command: f64, volts: f64| 1_250.0 * command + 40.0 * (volts - 12.4);
+        // Rate and voltage some time behind a step to this command.
+        let after = |command: f64, [rate, volts]: [f64; 2], span: f64| {
+            let settled = 12.4 - sag * (command - 0.3) / 0.3;
+            let above = (volts - settled) * (-BATTERY_POLE * span).exp();
+            let slow = 40.0 * POLE / (POLE - BATTERY_POLE);
+            let fast = rate - goal(command, settled) - slow * (volts - settled);
+            let rate = goal(command, settled) + slow * above + fast * (-POLE * span).exp();
+            [rate, settled + above]
+        };
+        let (mut state, mut since, mut target) = ([500.0, 12.4], 0.0, 0.4);
         let (mut commands, mut rates, mut voltage) = (Vec::new(), Vec::new(), Vec::new());
         let mut next = steps.iter().peekable();
         let time: Vec<f64> = (0..3_000).map(|row| ROW * row as f64).collect();
         for (row, now) in time.iter().enumerate() {
             while let Some((at, to)) = next.next_if(|step| step.0 + late <= *now + 1e-9) {
-                rate = target + (rate - target) * (-12.0 * (at + late - since)).exp();
-                (since, target) = (at + late, goal(*to));
+                state = after(target, state, at + late - since);
+                (since, target) = (at + late, *to);
             }
             let command = steps.iter().rfind(|step| step.0 <= *now + 1e-9).map_or(0.4, |step| step.1);
+            let [rate, volts] = after(target, state, now - since);
             commands.push(command);
-            voltage.push(volts(command));
+            voltage.push(volts);
             let noise = 2.0 * (hash(row) + hash(row + 5_000) - 1.0);
-            rates.push(target + (rate - target) * (-12.0 * (now - since)).exp() + noise);
+            rates.push(rate + noise);
         }
         let mut log = Dataset::new("here", "", time).expect("time rises");
         log.insert("command_1", commands).expect("fits");
@@ -204,10 +219,10 @@ mod tests {
         }
     }
 
-    /// What the battery does to the rate at a step says nothing of when it came.
+    /// What the battery does to the rate behind a step, a fifth of what the step does, says nothing of when it came.
     #[test]
     fn a_battery_that_gives_way_moves_no_step() {
-        let (log, steps) = made(|at| at, 0.0, 0.8);
+        let (log, steps) = made(|at| at, 0.0, 2.0);
         let log = ScreenedLog::from(log);
         let rms = off_by(&log, &steps, &steps);
         assert!(rms < 0.12, "{rms} rows");
@@ -223,6 +238,20 @@ mod tests {
         let data = log.rotor(1).expect("a rotor").data();
         assert!(said(&log).is_some_and(|finding| finding.rows == 3), "{:?}", said(&log));
         assert!(data.rate[last..].iter().all(|rate| rate.is_nan()) && data.rate[last - 1].is_finite());
+    }
+
+    /// What a short log cannot say by itself a longer one of the same bench says; where its steps are at their rows, they stay there.
+    #[test]
+    fn few_steps_are_enough_beside_another_log() {
+        let rows = |at: f64| (at / ROW).ceil() * ROW;
+        let [between, at_rows] = [made(|at| at, 0.0, 0.0).0, made(rows, 0.0, 0.0).0];
+        let short = |log: &Dataset| ScreenedLog::from(log.of_rows(std::slice::from_ref(&(0..200))));
+        let alone = [ScreenedLog::from(between.clone()), short(&between), short(&at_rows)];
+        assert_eq!([0, 1, 2].map(|log: usize| said(&alone[log]).is_some()), [true, false, false]);
+        let together = of_one_bench(&alone);
+        assert_eq!([0, 1, 2].map(|log: usize| said(&together[log]).is_some()), [true, true, false]);
+        let steps = said(&together[1]).map(|finding| finding.count("steps"));
+        assert!(steps.is_some_and(|steps| (3..10).contains(&steps)), "{steps:?}");
     }
 
     /// Nothing is moved where commands are what their rows say: at the row, late by a dead time, or logged a row too late.
