@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Read as _};
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -16,7 +17,7 @@ use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
 use crate::cancel;
-use crate::file::write_atomically;
+use crate::file::write_atomically_with;
 use crate::signal::columns;
 use crate::threads;
 
@@ -215,16 +216,32 @@ fn shortened_header(header: &[String]) -> String {
     if header.len() > SHOWN { format!("{shown},...") } else { shown }
 }
 
+/// Rows of a log that are written at a time.
+const ROWS_AT_A_TIME: usize = 4_096;
+
 /// Emits a log as CSV text; each number in the shortest spelling that reads back the same.
 #[must_use]
 pub fn emit(log: &Dataset) -> String {
-    let columns: Vec<&[f64]> = log.names().filter_map(|name| log.column(name)).collect();
+    let mut text = emit_header(log);
+    text.push_str(&emit_rows(log, 0..log.len()));
+    text
+}
+
+/// The first line of a log's text.
+pub(crate) fn emit_header(log: &Dataset) -> String {
     let names = log.names().filter(|name| log.column(name).is_some());
     let mut text = std::iter::once(columns::TIME).chain(names).collect::<Vec<_>>().join(",");
     text.push('\n');
-    for (row, time) in log.time().iter().enumerate() {
+    text
+}
+
+/// The lines of these rows.
+pub(crate) fn emit_rows(log: &Dataset, rows: Range<usize>) -> String {
+    let columns: Vec<&[f64]> = log.names().filter_map(|name| log.column(name)).collect();
+    let mut text = String::new();
+    for row in rows {
         // Writing to a `String` cannot fail.
-        let _ = write!(text, "{time}");
+        let _ = write!(text, "{}", log.time()[row]);
         for column in &columns {
             text.push(',');
             if column[row].is_finite() {
@@ -236,13 +253,22 @@ pub fn emit(log: &Dataset) -> String {
     text
 }
 
+/// Rows of a long log, so many at a time: its text takes several times the memory of its numbers.
+pub(crate) fn blocks(rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = rows.end;
+    rows.step_by(ROWS_AT_A_TIME).map(move |from| from..(from + ROWS_AT_A_TIME).min(end))
+}
+
 /// Writes a log; the file appears complete or not at all.
 ///
 /// # Errors
 /// [`LogError::File`] when the system refuses.
 pub fn write(log: &Dataset, path: &Path) -> Result<(), LogError> {
-    write_atomically(path, emit(log).as_bytes())
-        .map_err(|source| LogError::File { path: path.to_owned(), source })
+    let fill = |file: &mut dyn io::Write| {
+        file.write_all(emit_header(log).as_bytes())?;
+        blocks(0..log.len()).try_for_each(|rows| file.write_all(emit_rows(log, rows).as_bytes()))
+    };
+    write_atomically_with(path, fill).map_err(|source| LogError::File { path: path.to_owned(), source })
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ pub enum ChoiceError {
     #[error("`paper` is the model that is built in, and a log is wanted here; models go to `--model`")]
     Paper,
     /// No row between two times.
-    #[error("{log}: no row from {from} s to {to} s; it goes from {start} s to {end} s")]
+    #[error("{log}: no row {}; it goes from {start} s to {end} s", span(*from, *to))]
     Span {
         /// The log.
         log: String,
@@ -48,6 +48,12 @@ pub enum ChoiceError {
         /// [s]
         end: f64,
     },
+}
+
+/// Where rows were looked for; an end that nobody said is none.
+fn span(from: f64, to: f64) -> String {
+    let ends = [("from", from), ("to", to)].into_iter().filter(|(_, end)| end.is_finite());
+    ends.map(|(word, end)| format!("{word} {end} s")).collect::<Vec<_>>().join(" ")
 }
 
 impl SessionError {

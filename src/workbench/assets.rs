@@ -37,6 +37,7 @@ files![
     "law.js",
     "live.js",
     "logs.js",
+    "looks.js",
     "models.js",
     "part.js",
     "plots.js",

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::log::Mapping;
 use crate::log::guess::GuessedColumn;
+use crate::log::mapping::SHIPPED;
 use crate::log::mended::{conversions, is_in};
 use crate::session::{GuessedLog, SessionError};
 
@@ -29,6 +30,11 @@ pub(super) struct DeskMapping {
 }
 
 impl DeskMapping {
+    /// Whether it is one that the program brings.
+    pub fn is_shipped(&self) -> bool {
+        SHIPPED.iter().any(|(name, _)| *name == self.name)
+    }
+
     /// The mapping itself.
     ///
     /// # Errors

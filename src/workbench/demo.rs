@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::WorkbenchError;
 use super::by_hand::command;
-use super::places::{PlaceError, as_typed};
+use super::places::as_typed;
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
 use crate::emulate::HiddenConfig;
@@ -39,7 +39,7 @@ pub(super) fn demo_logs() -> Result<DemoLogs, WorkbenchError> {
 
 pub(super) fn demo_logs_in(folder: &Path) -> Result<DemoLogs, WorkbenchError> {
     let made = fs::create_dir_all(folder).and_then(|()| folder.canonicalize());
-    let folder = made.map_err(|source| PlaceError::File { path: folder.to_owned(), source })?;
+    let folder = made.map_err(|source| WorkbenchError::Demo { path: folder.to_owned(), source })?;
     let mut demo = DemoLogs::default();
     for (name, seed) in LOGS {
         let path = folder.join(name);

@@ -1,7 +1,7 @@
 //! What lies on the workbench: logs, models, what was found of them, and what is being done. It is plain data behind one lock;
 //! who changes it counts `revision` up, by which every page sees that it has to look again.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -232,6 +232,16 @@ pub(super) struct Discovered {
     pub made: Option<(Model, Vec<String>)>,
 }
 
+/// What is being read or compared, and the wish to end it.
+#[derive(Debug)]
+pub(super) struct Looking {
+    /// The log, as one types it.
+    pub name: String,
+    pub cancel: Cancel,
+    /// The log that is being read; `None` where one is being compared.
+    pub reads: Option<u64>,
+}
+
 /// All of it.
 #[derive(Debug)]
 pub(super) struct Desk {
@@ -244,8 +254,7 @@ pub(super) struct Desk {
     /// What the last search for missing effects said, and the last for a law.
     pub answered: Option<Answered>,
     pub discovered: Option<Discovered>,
-    /// What is being read or compared, and the wish to end it.
-    pub looking: Option<(String, Cancel)>,
+    pub looking: Option<Looking>,
     /// The bench file by which captures are read, as one types it.
     pub bench: Option<String>,
     /// The commands that do what was done, in its order.
@@ -290,13 +299,16 @@ impl Desk {
         self.next_id - 1
     }
 
-    /// A name that no model on this desk has, and no command of it wrote: that of its file when it is exported.
+    /// A name that no model on this desk has, no command of it wrote, and no file here has: that of its file when it is exported.
     pub fn fresh_name(&mut self, stem: &str) -> String {
         loop {
             let name = format!("{stem}-{}", self.next_step);
             self.next_step += 1;
-            let is_written = |command: &String| command.ends_with(&format!(" -o {name}.toml"));
-            if self.models.iter().all(|it| it.model.name != name) && !self.done.iter().any(is_written) {
+            let file = format!("{name}.toml");
+            let is_written = |command: &String| command.ends_with(&format!(" -o {file}"));
+            let is_new =
+                self.models.iter().all(|it| it.model.name != name) && !self.done.iter().any(is_written);
+            if is_new && !Path::new(&file).exists() {
                 return name;
             }
         }
@@ -327,10 +339,17 @@ impl Desk {
         self.search.as_ref().is_some_and(|search| search.state == SearchState::Running)
     }
 
-    /// Ends what is being compared when it is no longer what is to be seen.
+    /// Ends what is being compared when it is no longer what is to be seen. A log is read to its end, whatever is drawn.
     pub fn look_anew(&self) {
-        if let Some((_, cancel)) = &self.looking {
-            cancel.request();
+        if let Some(looking) = self.looking.as_ref().filter(|looking| looking.reads.is_none()) {
+            looking.cancel.request();
+        }
+    }
+
+    /// Ends the reading of a log that is no longer here.
+    pub fn leave_log(&self, log: u64) {
+        if let Some(looking) = self.looking.as_ref().filter(|looking| looking.reads == Some(log)) {
+            looking.cancel.request();
         }
     }
 }
@@ -356,6 +375,11 @@ impl DeskLog {
 }
 
 impl DeskModel {
+    /// Whether it is the model that every desk has.
+    pub fn is_paper(&self) -> bool {
+        matches!(&self.origin, Origin::File(typed) if typed == "paper")
+    }
+
     /// The path by which a command names it: its file, or the one that it would be exported to.
     pub fn typed(&self) -> String {
         match &self.origin {
@@ -376,5 +400,10 @@ mod tests {
         desk.done.push("rotorbench extend --model paper --effect transport_delay -o step-1.toml".to_owned());
         assert_eq!(desk.fresh_name("step"), "step-2");
         assert_eq!(desk.fresh_name("law"), "law-3");
+        // Nor that of a file.
+        let folder = tempfile::tempdir().expect("a folder");
+        let stem = folder.path().join("step").display().to_string();
+        std::fs::write(format!("{stem}-4.toml"), "").expect("written");
+        assert_eq!(desk.fresh_name(&stem), format!("{stem}-5"));
     }
 }

@@ -1,11 +1,13 @@
 //! A file for the browser, and what of the desk it is asked for as.
 
+use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
 
 use super::desk::DeskLog;
 use super::places::plain;
+use crate::log::Dataset;
 
 /// A file for the browser.
 #[derive(Debug)]
@@ -13,7 +15,15 @@ pub(super) struct Download {
     /// A plain name: letters, digits, `-`, `_` and `.`.
     pub name: String,
     pub kind: &'static str,
-    pub text: String,
+    pub text: DownloadText,
+}
+
+/// What is in it.
+#[derive(Debug)]
+pub(super) enum DownloadText {
+    Whole(String),
+    /// Rows of a log, which are written as they are taken.
+    Rows(Dataset, Range<usize>),
 }
 
 /// What is asked for.

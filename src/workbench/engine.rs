@@ -12,18 +12,18 @@ use super::act::Act;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{
-    Compared, Desk, DeskLog, DeskModel, LogContent, LogUse, OpenLog, Origin, Recipe, SearchInputs,
-    SearchKind, SearchState,
+    Compared, Desk, DeskLog, LogContent, LogUse, Looking, OpenLog, Origin, Recipe, SearchInputs, SearchKind,
+    SearchState,
 };
 use super::guarded::{Ended, guarded};
-use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
+use super::lay::{file, keep, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
 use super::places::{Places, Stamp, as_typed};
 use super::reading::{FileContent, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
 use super::shown::ShownComparison;
-use super::{ActError, WorkbenchError, by_hand};
+use super::{ActError, WorkbenchError};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
@@ -121,7 +121,9 @@ impl Engine {
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
         self.change(|desk| {
-            desk.look_anew();
+            if let Some(looking) = &desk.looking {
+                looking.cancel.request();
+            }
             if let Some(search) = &desk.search {
                 search.cancel.request();
             }
@@ -222,13 +224,12 @@ impl Engine {
             let recipe = Recipe { added: effects.to_vec(), of: SearchInputs::of(desk) };
             let tried = desk.models.iter_mut().find(|it| it.origin == Origin::Tried);
             let Some(tried) = tried.filter(|it| it.recipe.as_ref() == Some(&recipe)) else { return false };
-            tried.origin = Origin::Made;
-            let (id, output) = (tried.id, tried.typed());
-            let Ok(from) = desk.model(desk.chosen).map(DeskModel::typed) else { return false };
-            let by_hand = by_hand::extend(desk, &from, effects, &output);
-            desk.done.push(by_hand);
-            desk.chosen = id;
-            true
+            let id = tried.id;
+            let is_kept = keep(desk, id).is_ok();
+            if is_kept {
+                desk.chosen = id;
+            }
+            is_kept
         })
     }
 
@@ -289,7 +290,11 @@ impl Engine {
             }
             if let Some((next, name)) = next_look(&desk) {
                 let cancel = Cancel::default();
-                desk.looking = Some((name, cancel.clone()));
+                let reads = match &next {
+                    Look::Open { log, .. } => Some(*log),
+                    Look::Compare { .. } => None,
+                };
+                desk.looking = Some(Looking { name, cancel: cancel.clone(), reads });
                 return Some((next, cancel));
             }
             desk = self.woken.wait(desk).unwrap_or_else(PoisonError::into_inner);

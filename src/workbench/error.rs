@@ -11,10 +11,20 @@ use crate::session::SessionError;
 #[derive(Debug, thiserror::Error)]
 pub enum WorkbenchError {
     /// The port is taken, or not to be had.
-    #[error("port {port} of 127.0.0.1")]
+    #[error("port {port} of 127.0.0.1 (`--port 0` takes any that is free)")]
     Port {
         /// The port.
         port: u16,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The demonstration's logs find no room.
+    #[error(
+        "the demonstration's logs cannot be written to {path} here: start it in a folder of yours, or name logs"
+    )]
+    Demo {
+        /// Where they go.
+        path: PathBuf,
         /// What the system says.
         source: io::Error,
     },
@@ -106,6 +116,12 @@ pub enum ActError {
     /// A law of another model, or of other logs.
     #[error("no law was found of the chosen model by these logs: look for it again")]
     NoLaw,
+    /// The one that every desk has.
+    #[error("the paper's model stays: take its curves away instead")]
+    Paper,
+    /// A tried model whose command would read other logs now.
+    #[error("{0} was tried by other logs: add its effects again")]
+    OtherLogs(String),
     /// The one that everything starts from.
     #[error("the model that is chosen stays: choose another one first")]
     Chosen,
@@ -122,6 +138,24 @@ pub(super) struct Broken;
 #[derive(Debug, thiserror::Error)]
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
+
+/// A session whose commands name files from another folder.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum OtherFolder {
+    /// Where everything is named from now on.
+    #[error("the commands of this session are typed in {0}")]
+    There(String),
+    /// It is not there any more.
+    #[error(
+        "the commands of this session were typed in {0}, which is not there any more: they name their files from it"
+    )]
+    Gone(String),
+}
+
+/// A log that was read and is a file of another kind now.
+#[derive(Debug, thiserror::Error)]
+#[error("its columns are others now; what was read before is shown")]
+pub(super) struct OtherColumns;
 
 /// A model that is no longer what a session remembers.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::ActError;
 use super::desk::{Desk, OpenLog};
-use super::download::{Download, ExportQuery, stem};
+use super::download::{Download, DownloadText, ExportQuery, stem};
 use super::guesses;
 use super::places::plain;
 use super::saved::Saved;
@@ -43,7 +43,7 @@ impl ExportTask {
                 let text =
                     text.map_err(|error| SessionError::from(ModelError::Value { what: error.to_string() }))?;
                 let (name, kind) = ("session.toml".to_owned(), "application/toml");
-                Ok(Self::Made(Download { name, kind, text }))
+                Ok(Self::Made(Download { name, kind, text: DownloadText::Whole(text) }))
             }
             "mapping" => mapping(desk, query.id.unwrap_or_default()).map(Self::Made),
             "report" => OfLog::of(desk, query.id.unwrap_or_default()).map(Self::Report),
@@ -58,7 +58,8 @@ impl ExportTask {
             Self::Report(OfLog { stem, content, found }) => {
                 let found = [found.iter().map(|shown| shown.comparison.clone()).collect::<Vec<_>>()];
                 let page = comparison::page(&found, std::slice::from_ref(&content.log));
-                Ok(Download { name: format!("{stem}.html"), kind: "text/html", text: page.emit() })
+                let text = DownloadText::Whole(page.emit());
+                Ok(Download { name: format!("{stem}.html"), kind: "text/html", text })
             }
             Self::Signals(signals) => signals.make(),
         }
@@ -78,7 +79,7 @@ impl OfLog {
 
 fn model(desk: &Desk, id: u64) -> Result<Download, ActError> {
     let model = &desk.model(id)?.model;
-    let text = model.emit().map_err(SessionError::from)?;
+    let text = DownloadText::Whole(model.emit().map_err(SessionError::from)?);
     Ok(Download { name: format!("{}.toml", plain(&model.name)), kind: "application/toml", text })
 }
 
@@ -91,5 +92,5 @@ fn mapping(desk: &Desk, id: u64) -> Result<Download, ActError> {
         (None, Some(guess)) => ("mapping.toml".to_owned(), guesses::text(&guess.now, &log.typed)?),
         (None, None) => return Err(ActError::NotAsked(log.typed.clone())),
     };
-    Ok(Download { name, kind: "application/toml", text })
+    Ok(Download { name, kind: "application/toml", text: DownloadText::Whole(text) })
 }

@@ -123,7 +123,7 @@ pub(super) fn lay(desk: &mut Desk, saved: SavedAnswer) -> Result<(), Outdated> {
     let of = SearchInputs { model, fit: read(&saved.fit)?, held_out: read(&saved.held_out)? };
     let is_whole = content_hash(saved.answer.as_bytes()) == saved.answer_sha256;
     let shown = Some(&saved.answer).filter(|_| is_whole).and_then(|text| serde_json::from_str(text).ok());
-    let shown: Value = shown.ok_or(Outdated::Text { search })?;
+    let shown: Value = shown.filter(|it| has_its_parts(it, saved.search)).ok_or(Outdated::Text { search })?;
     let answered = Answered { of, shown: Arc::new(shown) };
     match saved.search {
         KeptSearch::Diagnose => desk.answered = Some(answered),
@@ -133,6 +133,20 @@ pub(super) fn lay(desk: &mut Desk, saved: SavedAnswer) -> Result<(), Outdated> {
         }
     }
     Ok(())
+}
+
+/// Whether a text that somebody may have written has what the page looks for in such an answer.
+fn has_its_parts(answer: &Value, search: KeptSearch) -> bool {
+    let (texts, lists, tables): (&[&str], &[&str], &[&str]) = match search {
+        KeptSearch::Diagnose => {
+            let lists = &["effects", "alternatives", "candidates", "findings", "next"];
+            (&["verdict", "sentence", "unit"], lists, &["error", "cards"])
+        }
+        KeptSearch::Discover => (&["verdict", "sentence", "unit", "by_hand"], &["beneath"], &[]),
+    };
+    texts.iter().all(|name| answer[*name].is_string())
+        && lists.iter().all(|name| answer[*name].is_array())
+        && tables.iter().all(|name| answer[*name].is_object())
 }
 
 fn outdated(search: &'static str, path: &Path) -> Outdated {

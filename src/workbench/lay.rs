@@ -9,7 +9,7 @@ use super::columns::DeskMapping;
 use super::desk::{Desk, DeskLog, DeskModel, LogContent, LogUse, Origin, SearchInputs, SearchState};
 use super::error::ChangedModel;
 use super::places::{Places, as_typed};
-use super::saved::{Saved, SavedModel};
+use super::saved::{Saved, SavedLog, SavedModel};
 use super::{ActError, WorkbenchError, by_hand, guesses, kept};
 use crate::model::Model;
 use crate::report::findings::explained;
@@ -60,17 +60,54 @@ pub(super) fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
 
 /// Lays down what a session had.
 pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Result<(), WorkbenchError> {
-    for log in saved.logs {
+    lay_saved_logs(desk, places, saved.logs);
+    let chosen = lay_saved_models(desk, places, saved.models, saved.chosen_model);
+    // A session of before said it by the name alone, which two may have.
+    let by_name = || desk.models.iter().find(|it| it.model.name == saved.chosen).map(|it| it.id);
+    if let Some(model) = chosen.or_else(by_name) {
+        desk.chosen = model;
+    }
+    desk.models[0].shown = saved.shows_paper;
+    desk.done = saved.done;
+    for answer in saved.answers {
+        if let Err(outdated) = kept::lay(desk, answer) {
+            desk.notices.push(outdated.to_string());
+        }
+    }
+    Ok(())
+}
+
+fn lay_saved_logs(desk: &mut Desk, places: &Places, logs: Vec<SavedLog>) {
+    for log in logs {
+        // A mapping that has no text here is one that is shipped: a session opens no other file.
+        let is_known = |mapping: &DeskMapping| mapping.text.is_some() || mapping.is_shipped();
         match places.file(&log.path) {
+            Ok(_) if !log.mapping.as_ref().is_none_or(is_known) => {
+                let name = log.mapping.map(|mapping| mapping.name).unwrap_or_default();
+                desk.notices.push(ActError::NoMapping(name).to_string());
+            }
             Ok(path) => lay_log(desk, path, log.role, log.choice, Some((log.sha256, log.mapping))),
             Err(error) => desk.notices.push(explained(&error)),
         }
     }
-    for SavedModel { file, sha256, model, shown } in saved.models {
+}
+
+/// The model at this place of a session, by its number here.
+fn lay_saved_models(
+    desk: &mut Desk,
+    places: &Places,
+    models: Vec<SavedModel>,
+    chosen_model: Option<usize>,
+) -> Option<u64> {
+    let mut chosen = None;
+    for (at, SavedModel { file, sha256, model, shown }) in models.into_iter().enumerate() {
         let (model, origin) = match (file, model) {
-            (Some(file), _) if file.as_os_str() == "paper" => continue,
+            (Some(file), _) if file.as_os_str() == "paper" => {
+                chosen = chosen.or((chosen_model == Some(at)).then_some(desk.models[0].id));
+                continue;
+            }
             // One that has gone does not take the rest of the session with it.
-            (Some(file), _) => match session::open_model(&file) {
+            (Some(file), _) => match open_model(places, &file) {
                 Ok(model) => {
                     if sha256.is_some() && sha256 != kept::hash(&model) {
                         desk.notices.push(ChangedModel(file.display().to_string()).to_string());
@@ -88,19 +125,14 @@ pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Resul
         lay_model(desk, model, origin);
         if let Some(last) = desk.models.last_mut() {
             last.shown = shown;
+            chosen = chosen.or((chosen_model == Some(at)).then_some(last.id));
         }
     }
-    if let Some(model) = desk.models.iter().find(|model| model.model.name == saved.chosen) {
-        desk.chosen = model.id;
-    }
-    desk.models[0].shown = saved.shows_paper;
-    desk.done = saved.done;
-    for answer in saved.answers {
-        if let Err(outdated) = kept::lay(desk, answer) {
-            desk.notices.push(outdated.to_string());
-        }
-    }
-    Ok(())
+    chosen
+}
+
+fn open_model(places: &Places, file: &Path) -> Result<Model, ActError> {
+    Ok(session::open_model(&places.file(file)?)?)
 }
 
 /// Acts that take no time.
@@ -109,6 +141,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
         Act::CloseLog { log } => {
             desk.log(log)?;
             desk.logs.retain(|it| it.id != log);
+            desk.leave_log(log);
             desk.look_anew();
         }
         Act::OpenPart { log, part } => open_part(desk, log, part)?,
@@ -118,6 +151,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
             desk.look_anew();
         }
         Act::Choose { model } => {
+            keep(desk, model)?;
             desk.model_mut(model)?.shown = true;
             desk.chosen = model;
             desk.look_anew();
@@ -167,8 +201,29 @@ fn open_part(desk: &mut Desk, id: u64, part: usize) -> Result<(), ActError> {
     Ok(())
 }
 
+/// A tried model that is worked on stays, and the command that makes it is one of those done: what follows begins with its file.
+pub(super) fn keep(desk: &mut Desk, id: u64) -> Result<(), ActError> {
+    let model = desk.model(id)?;
+    if model.origin != Origin::Tried {
+        return Ok(());
+    }
+    // A law's is written by the command that found it.
+    if let Some(recipe) = model.recipe.clone() {
+        if (SearchInputs { model: recipe.of.model, ..SearchInputs::of(desk) }) != recipe.of {
+            return Err(ActError::OtherLogs(model.model.name.clone()));
+        }
+        let (from, output) = (desk.model(recipe.of.model)?.typed(), model.typed());
+        let command = by_hand::extend(desk, &from, &recipe.added, &output);
+        desk.done.push(command);
+    }
+    desk.model_mut(id)?.origin = Origin::Made;
+    Ok(())
+}
+
 fn close_model(desk: &mut Desk, model: u64) -> Result<(), ActError> {
-    desk.model(model)?;
+    if desk.model(model)?.is_paper() {
+        return Err(ActError::Paper);
+    }
     if model == desk.chosen {
         return Err(ActError::Chosen);
     }

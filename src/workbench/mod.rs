@@ -56,7 +56,8 @@ use demo::demo_logs;
 use door::Door;
 use engine::Engine;
 use live::Live;
-use places::Places;
+use places::{Places, whole};
+use saved::Saved;
 
 use error::ActError;
 pub use error::WorkbenchError;
@@ -103,15 +104,26 @@ pub fn serve<Shown: Send + 'static>(
 
 /// Lays out what the configuration names.
 fn open(config: &WorkbenchConfig) -> Result<Arc<Engine>, WorkbenchError> {
+    let saved = config.session.as_deref().map(saved::read).transpose()?;
+    // Its commands name files from its folder: what is named here is found from there, too.
+    let config = &WorkbenchConfig {
+        logs: config.logs.iter().map(|path| whole(path)).collect(),
+        models: config.models.iter().map(|path| whole(path)).collect(),
+        bench_file: config.bench_file.as_deref().map(whole),
+        ..config.clone()
+    };
+    let moved = saved.as_ref().and_then(Saved::go_to_folder);
     let demo = config.logs.is_empty() && config.session.is_none();
     let demo = if demo { demo_logs()? } else { demo::DemoLogs::default() };
     let logs = if demo.logs.is_empty() { &config.logs } else { &demo.logs };
-    let saved = config.session.as_deref().map(saved::read).transpose()?;
     let mut places = Places::of(logs.iter().chain(&config.models))?;
     if let Some(saved) = &saved {
         places.admit(saved.files())?;
     }
     let engine = Engine::start(places, Live::new(config.bench.clone(), config.bench_file.clone()))?;
     engine.begin(demo.commands, logs, &config.models, saved)?;
+    if let Some(moved) = moved {
+        engine.change(|desk| desk.notices.push(moved.to_string()));
+    }
     Ok(engine)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::bands::Bands;
 use super::columns::{DeskMapping, Guess};
 use super::desk::{Desk, LogContent, OpenLog};
-use super::error::Changed;
+use super::error::{Changed, OtherColumns};
 use super::guarded::Ended;
 use super::kept;
 use super::places::Stamp;
@@ -69,12 +69,20 @@ pub(super) fn read(
 /// Puts what reading a log gave on the desk.
 pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended>) {
     desk.looking = None;
+    // Whoever ended it wants it anew.
+    if matches!(seen, Err(Ended::Cancelled)) {
+        return;
+    }
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
     let mut is_other = false;
     let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
     log.stuck = None;
     log.content = match seen {
+        // What was read before stays: the file may be put back.
+        Ok(FileContent::Guess(_) | FileContent::Parts(_)) if is_again => {
+            return log.stuck = Some(OtherColumns.to_string());
+        }
         Ok(FileContent::Guess(guess)) => {
             log.guess = Some(guess);
             LogContent::Guessed
@@ -97,5 +105,26 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     }
     if is_other || is_failed {
         kept::drop_of_log(desk, id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workbench::choice::Choice;
+    use crate::workbench::desk::LogUse;
+    use crate::workbench::lay::lay_log;
+
+    /// Whoever ended a reading wants the log read anew.
+    #[test]
+    fn a_log_whose_reading_was_ended_is_still_to_be_read() {
+        let mut desk = Desk::new();
+        lay_log(&mut desk, "here.csv".into(), LogUse::Fit, Choice::default(), None);
+        desk.logs[0].again = true;
+        let id = desk.logs[0].id;
+        lay_seen(&mut desk, id, Err(Ended::Cancelled));
+        assert!(desk.logs[0].again && desk.looking.is_none());
+        lay_seen(&mut desk, id, Err(Ended::Failed("gone".to_owned())));
+        assert!(!desk.logs[0].again);
     }
 }

@@ -15,19 +15,20 @@ use axum::http::{HeaderName, HeaderValue, Response, StatusCode, Uri};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response as Answer};
 use axum::routing::{get, post};
-use futures_util::stream;
+use futures_util::{StreamExt as _, stream};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::act::Act;
 use super::against::{AgainstQuery, AgainstTask};
-use super::download::ExportQuery;
+use super::download::{DownloadText, ExportQuery};
 use super::engine::Engine;
 use super::export::ExportTask;
 use super::margins::margins_of;
 use super::plots::{PlotQuery, PlotTask, failure};
 use super::thresholds::THRESHOLDS;
 use super::{assets, view};
+use crate::log::csv;
 use crate::report::findings::explained;
 
 /// Scripts, styles and pictures of this server alone, nothing inline, in no other page's frame.
@@ -173,11 +174,25 @@ async fn download(State(engine): Shared, Query(query): Query<ExportQuery>) -> An
         Ok(Ok(file)) => Response::builder()
             .header(CONTENT_TYPE, file.kind)
             .header(CONTENT_DISPOSITION, format!("attachment; filename=\"{}\"", file.name))
-            .body(Body::from(file.text))
+            .body(body(file.text))
             .unwrap_or_default(),
         Ok(Err(error)) => refuse(StatusCode::CONFLICT, &error),
         Err(error) => refuse(StatusCode::INTERNAL_SERVER_ERROR, &error),
     }
+}
+
+/// Rows are written while the browser takes them, beside the server's own thread.
+fn body(text: DownloadText) -> Body {
+    let (log, rows) = match text {
+        DownloadText::Whole(text) => return Body::from(text),
+        DownloadText::Rows(log, rows) => (Arc::new(log), rows),
+    };
+    let header = csv::emit_header(&log);
+    let pieces = stream::iter(csv::blocks(rows)).then(move |rows| {
+        let log = Arc::clone(&log);
+        tokio::task::spawn_blocking(move || csv::emit_rows(&log, rows))
+    });
+    Body::from_stream(stream::once(async { Ok(header) }).chain(pieces))
 }
 
 /// An answer that takes a while to make: the server goes on meanwhile.

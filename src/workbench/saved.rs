@@ -10,6 +10,7 @@ use super::WorkbenchError;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, LogUse, Origin};
+use super::error::OtherFolder;
 use super::kept::{self, SavedAnswer};
 use super::places::whole;
 use crate::file::toml_error;
@@ -23,10 +24,15 @@ const VERSION: u32 = 1;
 #[serde(deny_unknown_fields)]
 pub(super) struct Saved {
     pub version: u32,
-    /// Name of the model that is diagnosed and extended.
+    /// Name of the model that is diagnosed and extended, and which of `models` it is, from 0.
     pub chosen: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen_model: Option<usize>,
     /// Whether the paper's model is drawn.
     pub shows_paper: bool,
+    /// The folder in which the commands are typed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folder: Option<PathBuf>,
     /// The commands that do by hand what was done.
     #[serde(default)]
     pub done: Vec<String>,
@@ -79,8 +85,8 @@ impl Saved {
             choice: log.choice.clone(),
             mapping: log.mapping.as_deref().cloned(),
         });
-        let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
-        let models = kept.map(|it| match &it.origin {
+        let kept = || desk.models.iter().filter(|model| model.origin != Origin::Tried);
+        let models = kept().map(|it| match &it.origin {
             Origin::File(typed) => SavedModel {
                 file: Some(whole(Path::new(typed))),
                 sha256: kept::hash(&it.model),
@@ -92,12 +98,25 @@ impl Saved {
         Self {
             version: VERSION,
             chosen: desk.model(desk.chosen).map(|it| it.model.name.clone()).unwrap_or_default(),
+            chosen_model: kept().position(|model| model.id == desk.chosen),
             shows_paper: desk.models.first().is_some_and(|paper| paper.shown),
+            folder: std::env::current_dir().ok(),
             done: desk.done.clone(),
             logs: logs.collect(),
             models: models.collect(),
             answers: kept::of(desk),
         }
+    }
+
+    /// Goes to the folder in which its commands are typed, if that is another one, and says so.
+    pub fn go_to_folder(&self) -> Option<OtherFolder> {
+        let folder = self.folder.as_ref().filter(|_| !self.done.is_empty())?;
+        let is_here = std::env::current_dir().is_ok_and(|here| here == *folder);
+        let name = || folder.display().to_string();
+        (!is_here).then(|| match std::env::set_current_dir(folder) {
+            Ok(()) => OtherFolder::There(name()),
+            Err(_) => OtherFolder::Gone(name()),
+        })
     }
 
     /// The files that it names.

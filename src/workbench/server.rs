@@ -111,12 +111,20 @@ async fn serve(
 }
 
 async fn answer(
-    request: Request<Incoming>,
+    mut request: Request<Incoming>,
     (door, opened): &(Door, OnOpened),
     router: Router,
     is_known: &AtomicBool,
 ) -> Answer {
-    let mut response = match door.admit(request.method(), request.uri(), request.headers()) {
+    // Whoever comes by another name of this machine hears of that first.
+    let admitted = match door.within(request.uri()) {
+        Ok(within) => {
+            *request.uri_mut() = within;
+            door.admit(request.method(), request.uri(), request.headers())
+        }
+        Err(error) => door.admit(request.method(), request.uri(), request.headers()).and(Err(error)),
+    };
+    let mut response = match admitted {
         Ok(Admission::First) => {
             opened();
             enter(door)
@@ -146,6 +154,6 @@ async fn answer(
 fn enter(door: &Door) -> Answer {
     // With an icon of its own: else the browser asks for one, which is not there.
     let page = Body::from("<!doctype html><link rel=\"icon\" href=\"data:,\">");
-    let response = Response::builder().header(REFRESH, "0; url=/").header(CONTENT_TYPE, "text/html");
+    let response = Response::builder().header(REFRESH, "0; url=./").header(CONTENT_TYPE, "text/html");
     response.header(SET_COOKIE, door.cookie()).body(page).unwrap_or_default()
 }

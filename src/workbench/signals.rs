@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::ActError;
 use super::desk::{Desk, OpenLog};
-use super::download::{Download, ExportQuery, stem};
+use super::download::{Download, DownloadText, ExportQuery, stem};
 use super::places::plain;
 use super::shown::ShownComparison;
-use crate::log::csv::{self, LogError};
+use crate::log::csv::LogError;
 use crate::log::{Dataset, DatasetError};
 use crate::session::SessionError;
 
@@ -48,7 +48,7 @@ impl Signals {
             return Err(ActError::Nothing("no row of the log lies there"));
         }
         let (name, kind) = (format!("{}_signals.csv", self.stem), "text/csv");
-        Ok(Download { name, kind, text: csv::emit(&signals.slice(first..last)) })
+        Ok(Download { name, kind, text: DownloadText::Rows(signals, first..last) })
     }
 
     fn table(&self) -> Result<Dataset, DatasetError> {

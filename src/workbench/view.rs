@@ -42,7 +42,7 @@ struct SearchView<'a> {
 
 impl<'a> Tick<'a> {
     pub fn of(desk: &'a Desk) -> Self {
-        let looking = desk.looking.as_ref().map(|(name, _)| name.as_str());
+        let looking = desk.looking.as_ref().map(|looking| looking.name.as_str());
         Self { revision: desk.revision, search: desk.search.as_ref().map(SearchView::of), looking }
     }
 }

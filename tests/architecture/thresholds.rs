@@ -255,7 +255,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("session/dronecan_parameters.rs", &["13"], "bits of a number"),
     ("session/dronecan_wire.rs", &["50_000_000"], "how often it is looked what to send"),
     ("session/machine/host.rs", &["1000"], "the first user who is no part of the system"),
-    ("workbench/door.rs", &["32"], "bytes of a token"),
+    ("workbench/door.rs", &["16", "32", "80"], "bytes of a token and of a path, and the port of the web"),
     ("workbench/guesses.rs", &["4"], "rotors that are offered"),
     ("workbench/live.rs", &["500"], "how often a bench that is gone is looked for"),
     ("workbench/places.rs", &["100"], "letters of a name"),

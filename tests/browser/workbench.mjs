@@ -203,6 +203,8 @@ async function add(effect) {
   await rung.waitFor();
   await page.locator("[data-error-of=step-1]").first().waitFor();
   await drawn();
+  // These two are shown to newcomers: the block with its errors in the middle, the verdict beside it.
+  for (const id of ["#middle", "#right"]) await page.locator(id).evaluate(it => { it.scrollTop = 0; });
   await picture("4-added-light");
   await page.emulateMedia({ colorScheme: "dark" });
   await page.locator("figure[data-block=body][data-scheme=dark]").first().waitFor();
@@ -295,7 +297,7 @@ async function back() {
 async function second() {
   step("a second tab sees the same, and is closed");
   const other = await context.newPage();
-  await other.goto(new URL("/", page.url()).href);
+  await other.goto(new URL("./", page.url()).href);
   await other.locator("[data-rung]").first().waitFor();
   await other.getByRole("button", { name: "work on paper" }).click();
   await page.getByText("Ladder of paper").waitFor();

@@ -32,7 +32,7 @@ class Page:
         self.began = time.perf_counter()
         self.server = subprocess.Popen([program, "workbench", "--no-open", log], stdout=subprocess.PIPE, text=True)
         address = self.server.stdout.readline().strip()
-        host, token = re.fullmatch(r"http://([0-9.:]+)/\?token=(\w+)", address).groups()
+        host, self.place, token = re.fullmatch(r"http://([0-9.:]+)(/\w+)/\?token=(\w+)", address).groups()
         self.connection = http.client.HTTPConnection(host, timeout=PATIENCE_S)
         self.cookie = f"rotorbench_{host.split(':')[1]}={token}"
 
@@ -40,7 +40,7 @@ class Page:
         return time.perf_counter() - self.began
 
     def get(self, path, **query):
-        self.connection.request("GET", path + ("?" + urlencode(query) if query else ""), headers={"Cookie": self.cookie})
+        self.connection.request("GET", self.place + path + ("?" + urlencode(query) if query else ""), headers={"Cookie": self.cookie})
         answer = self.connection.getresponse()
         text = answer.read()
         if answer.status != 200:
@@ -49,7 +49,7 @@ class Page:
 
     def act(self, name, **fields):
         origin = f"http://{self.connection.host}:{self.connection.port}"
-        self.connection.request("POST", "/api/act", json.dumps({"act": name, **fields}), {"Cookie": self.cookie, "Origin": origin})
+        self.connection.request("POST", self.place + "/api/act", json.dumps({"act": name, **fields}), {"Cookie": self.cookie, "Origin": origin})
         answer = self.connection.getresponse()
         text = answer.read()
         if answer.status != 200:

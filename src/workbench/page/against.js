@@ -30,7 +30,7 @@ export function against(log, query, what, channels) {
     chosen.set(key, channel);
     if (!channel) return host.replaceChildren();
     try {
-      fill(host, content(await get("/api/against", { log, ...query, channel }), channel, what));
+      fill(host, content(await get("api/against", { log, ...query, channel }), channel, what));
     } catch (error) {
       complain(error.message);
     }

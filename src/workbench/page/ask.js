@@ -9,13 +9,18 @@ const SHOWN = 6;
 const [head, body] = [element("div"), element("div")];
 const progress = progressOf(["identify", "diagnose", "extend", "try", "recalibrate"]);
 
+const isSearching = () => desk.tick.search?.state === "running";
+
+// A button that does nothing while a search runs, and keeps the focus: one that is disabled loses it.
+export const idle = (text, act, properties) => button(text, () => isSearching() || act(), { ...properties, "aria-disabled": isSearching() && "true" });
+
 export function add(effects, text) {
-  return button(text || `Add ${effects.join(" + ")}`, () => act("add", { effects }), { class: "primary", "data-add": effects.join("+") });
+  return idle(text || `Add ${effects.join(" + ")}`, () => act("add", { effects }), { class: "primary", "data-add": effects.join("+") });
 }
 
 // The model that a bench of one's own begins with.
-export const identify = properties => button("Identify this bench", () => act("identify"), {
-  title: "make a model of this bench from the logs that are fitted on", ...properties, disabled: !ready() || desk.tick.search?.state === "running" });
+export const identify = properties => idle("Identify this bench", () => act("identify"), {
+  title: "make a model of this bench from the logs that are fitted on", ...properties, disabled: !ready() });
 
 // The channel whose error the answer's effects bring down, without unit and rotor; none where nothing is named.
 export const named = () => (desk?.answered?.is_current && desk.answered.fall?.channel.split(" ")[0].replace(/_\d+(?=_|$)/, "")) || null;
@@ -34,8 +39,8 @@ function candidates(answer) {
     card(answer.cards[it.effect], it.effect),
     precise(it.validate, 4),
     it.chance === null ? "–" : number(it.chance, 2),
-    element("span", {}, button("try", () => act("try", { effects: [it.effect] }), { "aria-label": "try " + it.effect, title: "fit it and draw it, without adding it" }),
-      button("add", () => act("add", { effects: [it.effect] }), { "aria-label": "add " + it.effect })),
+    element("span", {}, idle("try", () => act("try", { effects: [it.effect] }), { "aria-label": "try " + it.effect, title: "fit it and draw it, without adding it" }),
+      idle("add", () => act("add", { effects: [it.effect] }), { "aria-label": "add " + it.effect })),
   ];
   const heading = ["effect alone", "held-out error", "by chance", ""];
   const [refused, unnamed] = [it => it.why, it => it.not_named].map(why => answer.candidates.filter(why));
@@ -65,9 +70,10 @@ export function now(answer, key, whole) {
   return element("details", { "data-key": key }, element("summary", {}, `what was found of ${answer.model || "a model that is gone"} before`), whole);
 }
 
-// What the named effects do to the held-out error, in figures.
-function fall({ channel, before, after, floor, explained }) {
-  return element("p", { id: "fall" }, `Held-out error of ${channel}: `, precise(before, 4, { "data-is": "before" }), " → ", precise(after, 4, { "data-is": "after" }),
+// What the named effects do to the held-out error, in figures: without them the better of the model as it is and refitted.
+function fall({ channel, before, after, floor, explained }, { base }) {
+  const which = before < base.validate ? "its own numbers refitted" : "as it is";
+  return element("p", { id: "fall" }, `Held-out error of ${channel}: `, precise(before, 4, { "data-is": "before" }), ` (${which}) → `, precise(after, 4, { "data-is": "after" }),
     ", noise floor ", precise(floor, 3), "; ", precise(100 * explained, 3, { "data-is": "explained" }), " % of the squared error above the noise is explained.");
 }
 
@@ -79,13 +85,13 @@ function step(it) {
 
 function answered(answer) {
   const set = effects => element("div", { class: "row" }, add(effects),
-    effects.length > 1 && button("try", () => act("try", { effects }), { "aria-label": "try " + effects.join(" + "), title: "fit them and draw it, without adding them" }));
+    effects.length > 1 && idle("try", () => act("try", { effects }), { "aria-label": "try " + effects.join(" + "), title: "fit them and draw it, without adding them" }));
   const whole = [
     element("p", { class: "verdict " + answer.verdict, id: "verdict", "data-verdict": answer.verdict }, answer.sentence),
-    answer.fall && fall(answer.fall),
+    answer.fall && fall(answer.fall, answer.error),
     answer.is_of_other_bench && answer.is_current && identify({ class: "primary" }),
     answer.effects.length && answer.is_current ? set(answer.effects) : null,
-    answer.verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
+    answer.verdict === "parameters_changed" && answer.is_current && idle("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set)),
     errors(answer.error, answer.unit), candidates(answer),
     answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, count(answer.findings.length, "finding")), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
@@ -110,12 +116,11 @@ const names = role => desk.logs.filter(it => it.role === role).map(it => lastPar
 
 function draw() {
   const model = desk.models.find(it => it.id === desk.chosen);
-  const running = desk.tick.search?.state === "running";
   const held = names("held_out");
   fill(head, element("h2", {}, "What is missing?"),
     element("p", { class: "soft" }, `Model ${model?.name}, fitted on ${names("fit") || "no log"}${held ? ", held out " + held : ""}.`),
     isFarOff() && ready() && element("p", { class: "bad" }, "The rotors are further off this model than their rates vary. If it is another bench's, begin with ", identify()),
-    button("What is missing?", () => act("diagnose"), { class: "primary", disabled: running || !ready(), id: "ask-button" }),
+    idle("What is missing?", () => act("diagnose"), { class: "primary", disabled: !ready(), id: "ask-button" }),
     desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."));
   fill(body, desk.answered && answered(desk.answered),
     desk.by_hand.diagnose && element("details", { "data-key": "ask by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.diagnose)));

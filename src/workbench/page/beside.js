@@ -22,13 +22,13 @@ export function colourOfLog(id) {
 }
 
 // The curves of a channel of the other logs, over the time of the one that is shown.
-export async function others(shown, channel, [from, to], pixels) {
+export async function others(shown, channel, [from, to], pixels, signal) {
   const begin = desk.logs.find(it => it.id === shown)?.ends_s?.[0] ?? 0;
   const has = log => log.channels?.some(it => it.name === channel);
   const logs = desk.logs.filter(it => it.id !== shown && beside.has(it.id) && it.state === "open" && has(it));
   return await Promise.all(logs.map(async log => {
     const late = log.ends_s[0] - begin;
-    const { x, curves } = await get("/api/plot", { log: log.id, from: from + late, to: to + late, pixels, channel });
+    const { x, curves } = await get("api/plot", { log: log.id, from: from + late, to: to + late, pixels, channel }, signal);
     return { ...curves[0], x: x.map(at => at - late), label: lastPart(log.name), tone: colourOfLog(log.id) };
   }));
 }

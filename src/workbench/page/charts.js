@@ -9,6 +9,8 @@ export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 // [pixel] of a legend of one line.
 const LEGEND = 19;
 const FONT = "12px system-ui, sans-serif";
+// [pixel] that the name of a level needs above its line.
+export const ROOM = 15;
 
 // The name of a model's colour; the same in lists and plots, and the same when another model is closed.
 const colours = new Map();
@@ -30,11 +32,21 @@ function values(curve) {
   return y;
 }
 
+// Of one number alone no scale can be read: then the step is halved.
+function ticks(u, index, low, high, step) {
+  const of = size => {
+    const count = Math.floor(high / size) - Math.ceil(low / size) + 1;
+    return Array.from({ length: Math.max(count, 0) }, (_, at) => Number(((Math.ceil(low / size) + at) * size).toPrecision(12)));
+  };
+  return [1, 2, 4, 8].map(part => of(step / part)).find(it => it.length > 1) || of(step);
+}
+
 function axis(side, label) {
   const grid = { stroke: ink("line"), width: 1 };
   return {
     side, label, stroke: ink("soft"), grid, ticks: { ...grid, size: 4 }, font: FONT, labelFont: FONT, labelGap: 0,
     space: side === 3 ? 22 : 50, size: side === 3 ? 60 : 30, labelSize: side === 3 ? 18 : 0,
+    splits: side === 3 ? ticks : undefined,
     values: (_, ticks) => ticks.map(tick => (tick === null ? "" : number(tick, 6))),
   };
 }
@@ -76,6 +88,11 @@ export class Chart {
     const { canvas } = this.plot.ctx;
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", described(this.spec, curves, from, to));
+  }
+
+  // What is drawn, over other times.
+  move(from, to) {
+    this.plot?.setScale("x", { min: from, max: to });
   }
 
   make(curves, data) {
@@ -174,8 +191,9 @@ export class Chart {
       ctx.lineTo(bbox.left + bbox.width, y);
       ctx.stroke();
       if (!label) continue;
-      // Readable over a curve, too.
-      const place = [label, bbox.left + bbox.width - 4 * ratio, y - 4 * ratio];
+      // Beneath its line where there is no room above; readable over a curve, too.
+      const above = y - bbox.top > ROOM * ratio;
+      const place = [label, bbox.left + bbox.width - 4 * ratio, above ? y - 4 * ratio : y + 12 * ratio];
       ctx.setLineDash([]);
       ctx.lineWidth = 3 * ratio;
       ctx.strokeStyle = ink("paper");

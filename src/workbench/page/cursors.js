@@ -32,7 +32,7 @@ export async function rangeTable(host, query, name) {
   const span = between();
   if (!span) return host.replaceChildren();
   const [from, to] = span;
-  const { curves } = await get("/api/plot", { ...query, from, to, pixels: 1 });
+  const { curves } = await get("api/plot", { ...query, from, to, pixels: 1 });
   // Meanwhile they were moved.
   if (JSON.stringify(span) !== JSON.stringify(between())) return;
   const cell = value => (value === null ? "–" : precise(value, 5));

@@ -55,7 +55,7 @@ export function details(log, block) {
     ontoggle: async () => {
       if (!fold.open) return;
       try {
-        fill(host, content(await get("/api/failure", { log, block: block.name, signal: block.signal })));
+        fill(host, content(await get("api/failure", { log, block: block.name, signal: block.signal })));
       } catch (error) {
         complain(error.message);
       }

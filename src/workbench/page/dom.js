@@ -27,17 +27,56 @@ export function teller() {
   return { host, tell };
 }
 
-// Puts new content in place of the old, and the focus back to where it was by its `data-key`.
+// What is pressed must still be there when it is let go, or the click is lost: until then a panel stays as it is. The list of a
+// `select` swallows the release, and is no click.
+let pressed = null;
+const waiting = new Map();
+
+// Calls `draw`, which draws in `host` anew: now, or when nothing in it is pressed any more. Of several the last is called.
+export function whenLetGo(host, draw) {
+  if (pressed && host.contains(pressed)) {
+    waiting.set(host, draw);
+    return;
+  }
+  waiting.delete(host);
+  draw();
+}
+
+function letGo() {
+  pressed = null;
+  // After the click that the release makes.
+  if (waiting.size) setTimeout(() => { for (const [host, draw] of [...waiting]) whenLetGo(host, draw); });
+}
+
+addEventListener("pointerdown", event => { pressed = event.target.closest("select") ? null : event.target; }, true);
+for (const name of ["pointerup", "pointercancel", "dragend"]) addEventListener(name, letGo, true);
+// Let go where nobody saw it: in another window, on a scroll bar.
+addEventListener("blur", letGo);
+addEventListener("pointermove", event => { if (pressed && !event.buttons) letGo(); }, true);
+
+// Puts new content in place of the old, and the focus back to where it was by its `data-key`, or that of its fold.
 export function fill(host, ...children) {
-  const key = host.contains(document.activeElement) ? document.activeElement.dataset.key : undefined;
+  whenLetGo(host, () => put(host, children));
+}
+
+function put(host, children) {
+  const focused = host.contains(document.activeElement) && document.activeElement;
+  const key = focused && focused.closest("[data-key]")?.dataset.key;
   const opened = new Set([...host.querySelectorAll("details[data-key]")].filter(it => it.open).map(it => it.dataset.key));
   host.replaceChildren(...children.flat(Infinity).filter(Boolean));
   for (const it of host.querySelectorAll("details[data-key]")) if (opened.has(it.dataset.key)) it.open = true;
-  if (key) [...host.querySelectorAll("[data-key]")].find(it => it.dataset.key === key)?.focus();
+  if (!focused) return;
+  const again = key && [...host.querySelectorAll("[data-key]")].find(it => it.dataset.key === key);
+  // Where it is gone the next Tab goes on from here, and not from the beginning of the page.
+  if (!again) host.tabIndex = -1;
+  (again?.querySelector(":scope > summary") || again || host).focus({ preventScroll: true });
 }
 
-export function button(text, act, properties = {}) {
-  return element("button", { type: "button", onclick: act, "data-key": properties["aria-label"] || text, ...properties }, text);
+// The second click of a double click does nothing: it was meant for what stood there at the first. One that `repeats` may be
+// pressed in quick succession.
+export function button(text, act, { repeats, ...properties } = {}) {
+  const onclick = event => { if (repeats || event.detail < 2) act(event); };
+  return element("button", { type: "button", onclick, "data-key": properties["aria-label"] || text, ...properties }, text);
 }
 
 // A number as the reports round it.

@@ -1,11 +1,15 @@
 // Plots as a drawing (SVG), one beneath the other: what uPlot has drawn, as lines and text that can be enlarged and edited.
 
+import { ROOM } from "./charts.js";
 import { cursors } from "./cursors.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const FONT = "system-ui, sans-serif";
 // Room for a legend above each plot, and for the name of its axis beneath.
 const [LEGEND, NAME] = [20, 12];
+// From one row of a legend to the next, and from one name to the next in it.
+const [ROW, APART] = [16, 14];
+const pen = document.createElement("canvas").getContext("2d");
 
 // Text goes in as text, never as markup.
 function node(name, attributes = {}, ...children) {
@@ -59,13 +63,28 @@ function axes(u, ink, width, height) {
   return parts;
 }
 
-function legend(u, ink) {
+// The named curves in rows, each no wider than the plot.
+function rowsOf(u) {
+  pen.font = "11px " + FONT;
+  const rows = [[]];
   let x = 0;
-  return u.series.slice(1).filter(it => it.label && it.width >= 1).flatMap(series => {
-    const [from, stroke] = [x, strokeOf(series)];
-    x += 34 + 6.5 * series.label.length;
-    return [line(from, -10, from + 16, -10, stroke, { "stroke-width": 2, "stroke-dasharray": series.dash?.join(" ") }), label(from + 20, -6, series.label, ink("ink"))];
-  });
+  for (const series of u.series.slice(1).filter(it => it.label && it.width >= 1)) {
+    const wide = 20 + pen.measureText(series.label).width;
+    if (x > 0 && x + wide > u.over.clientWidth) {
+      rows.push([]);
+      x = 0;
+    }
+    rows.at(-1).push({ series, x });
+    x += wide + APART;
+  }
+  return rows;
+}
+
+function legend(rows, ink) {
+  return rows.flatMap((row, index) => row.flatMap(({ series, x }) => {
+    const y = -10 - ROW * (rows.length - 1 - index);
+    return [line(x, y, x + 16, y, strokeOf(series), { "stroke-width": 2, "stroke-dasharray": series.dash?.join(" ") }), label(x + 20, y + 4, series.label, ink("ink"))];
+  }));
 }
 
 function marks(u, { bands, levels }, ink, width, height) {
@@ -78,7 +97,7 @@ function marks(u, { bands, levels }, ink, width, height) {
   }
   for (const { label: said, value } of levels) {
     const y = short(u.valToPos(value, "y"));
-    parts.push(line(0, y, width, y, ink("soft"), { "stroke-dasharray": "5 4" }), label(width - 4, y - 4, said || "", ink("soft"), { "text-anchor": "end", stroke: ink("paper"), "stroke-width": 3, "paint-order": "stroke" }));
+    parts.push(line(0, y, width, y, ink("soft"), { "stroke-dasharray": "5 4" }), label(width - 4, y > ROOM ? y - 4 : y + 12, said || "", ink("soft"), { "text-anchor": "end", stroke: ink("paper"), "stroke-width": 3, "paint-order": "stroke" }));
   }
   for (const { label: said, at } of cursors()) {
     const x = short(u.valToPos(at, "x"));
@@ -87,8 +106,8 @@ function marks(u, { bands, levels }, ink, width, height) {
   return parts;
 }
 
-// One plot, its upper left corner at `top`.
-function one(chart, ink, top, number) {
+// One plot, its upper left corner at `top`, beneath the rows of its legend.
+function one(chart, rows, ink, top, number) {
   const u = chart.plot;
   const { clientWidth: width, clientHeight: height, offsetLeft, offsetTop } = u.over;
   const curves = u.series.slice(1).map((series, index) => node("path", {
@@ -96,7 +115,7 @@ function one(chart, ink, top, number) {
   }));
   const between = (u.bands || []).map(band => node("polygon", { points: area(u, band.series), fill: typeof band.fill === "function" ? band.fill(u) : band.fill }));
   const clip = node("clipPath", { id: "plot-" + number }, node("rect", { width, height }));
-  return node("g", { transform: `translate(${offsetLeft || 60} ${top + LEGEND + (offsetTop || 0)})` }, clip, axes(u, ink, width, height), legend(u, ink),
+  return node("g", { transform: `translate(${offsetLeft || 60} ${top + (offsetTop || 0)})` }, clip, axes(u, ink, width, height), legend(rows, ink),
     node("g", { "clip-path": `url(#plot-${number})` }, between, curves, marks(u, chart, ink, width, height)));
 }
 
@@ -106,8 +125,10 @@ export function drawing(charts, title, ink) {
   const width = Math.max(...seen.map(chart => chart.plot.width));
   let top = 24;
   const plots = seen.map((chart, number) => {
-    const made = one(chart, ink, top, number);
-    top += LEGEND + chart.plot.height + NAME;
+    const rows = rowsOf(chart.plot);
+    top += LEGEND + ROW * (rows.length - 1);
+    const made = one(chart, rows, ink, top, number);
+    top += chart.plot.height + NAME;
     return made;
   });
   const root = node("svg", { width, height: top, viewBox: `0 0 ${width} ${top}`, "font-family": FONT },

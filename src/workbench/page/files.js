@@ -11,7 +11,7 @@ export async function choose(title, open, more) {
   const go = async folder => {
     let listing;
     try {
-      listing = await get("/api/files", { folder });
+      listing = await get("api/files", { folder });
     } catch (error) {
       return complain(error.message);
     }

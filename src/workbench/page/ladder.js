@@ -1,7 +1,7 @@
 // The ladder of the model that is worked on: what was added, and how far the error fell with each step.
 
 import { act, onDesk } from "./act.js";
-import { ready } from "./ask.js";
+import { idle, ready } from "./ask.js";
 import { button, element, fill, number, precise, table } from "./dom.js";
 
 // A bar as long as the error is, beside the largest of the ladder.
@@ -20,11 +20,13 @@ function numbers(step, model) {
 
 function rung(step, index, most, model) {
   const { error } = step;
+  // A fit of its own stands before what `identify` has added: its error is not of free runs.
+  const which = error.measure.includes("free run") ? "as it was" : "fitted without it";
   const look = index + 1 < model.ladder.length && button("look at it", () => act("rung", { steps: index + 1 }), {
     class: "quiet", "aria-label": "look at rung " + (index + 1), title: "the model as it was after this step" });
   return element("li", { "data-rung": step.added.join("+") },
     element("p", {}, element("b", {}, step.title), " ", look),
-    element("p", {}, "held out: ", precise(error.validate_before, 4, { "data-is": "before" }), " → ", precise(error.validate_after, 4, { "data-is": "after" }), element("span", { class: "soft" }, ` (noise ${number(error.noise_floor, 3)})`)),
+    element("p", {}, "held out: ", precise(error.validate_before, 4, { "data-is": "before" }), ` (${which}) → `, precise(error.validate_after, 4, { "data-is": "after" }), element("span", { class: "soft" }, ` (noise ${number(error.noise_floor, 3)})`)),
     bar(error.validate_before, most, "before"), bar(error.validate_after, most, "after"), bar(error.noise_floor, most, "floor"), numbers(step, model));
 }
 
@@ -32,13 +34,12 @@ export function build(at) {
   onDesk(desk => {
     const model = desk.models.find(it => it.id === desk.chosen);
     const steps = model?.ladder || [];
-    const running = desk.tick.search?.state === "running";
     const most = Math.max(...steps.flatMap(it => [it.error.validate_before, it.error.validate_after, it.error.noise_floor]), Number.MIN_VALUE);
     fill(at("ladder"), element("h2", {}, `Ladder of ${model?.name || ""}`),
       steps.length ? element("ol", { class: "ladder" }, steps.map((it, index) => rung(it, index, most, model))) : element("p", { class: "soft" }, "Nothing was added to it."),
       steps.length > 0 && element("p", { class: "soft" }, steps.at(-1).error.measure),
       element("div", { class: "row" },
-        button("Step back", () => act("step_back"), { disabled: running || !steps.length }),
-        button("Refit its own numbers", () => act("recalibrate"), { disabled: running || !ready() })));
+        idle("Step back", () => act("step_back"), { disabled: !steps.length }),
+        idle("Refit its own numbers", () => act("recalibrate"), { disabled: !ready() })));
   });
 }

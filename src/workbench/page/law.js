@@ -1,9 +1,9 @@
 // "Look for the law itself": where no effect of the catalogue explains what is missing, what does.
 
 import { act, desk, onDesk } from "./act.js";
-import { add, errors, now, ready } from "./ask.js";
+import { add, errors, idle, now, ready } from "./ask.js";
 import { drawing } from "./details.js";
-import { button, command, count, element, fill, number, precise, table } from "./dom.js";
+import { command, count, element, fill, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
 
 const progress = progressOf(["discover"]);
@@ -55,10 +55,10 @@ function answered(answer) {
   const whole = [
     element("p", { class: "verdict " + verdict, id: "law-verdict", "data-verdict": verdict }, answer.sentence),
     formula(found, is_law),
-    is_law && answer.is_current && element("div", { class: "row" }, button("Add the law", () => act("add_law"), { class: "primary" }),
-      button("try", () => act("try_law"), { "aria-label": "try the law", title: "draw it, without adding it" })),
+    is_law && answer.is_current && element("div", { class: "row" }, idle("Add the law", () => act("add_law"), { class: "primary" }),
+      idle("try", () => act("try_law"), { "aria-label": "try the law", title: "draw it, without adding it" })),
     verdict === "catalogue" && answer.is_current && add(found.effects),
-    verdict === "parameters_changed" && answer.is_current && button("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
+    verdict === "parameters_changed" && answer.is_current && idle("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
     shape(found), element("ul", { class: "beneath" }, answer.beneath.map(it => element("li", {}, it))),
     errors(found.error, answer.unit), places(found),
     found.warnings.length > 0 && element("details", { "data-key": "law findings" }, element("summary", {}, count(found.warnings.length, "finding")), element("ul", {}, found.warnings.map(it => element("li", {}, it)))),
@@ -74,10 +74,9 @@ export function build(at) {
     // Behind the catalogue's answer: what that explains is not looked for.
     at("law").hidden = !desk.answered && !desk.discovered && desk.tick.search?.kind !== "discover";
     const open = desk.answered?.is_current && desk.answered.verdict === "unknown" && !desk.discovered?.is_current;
-    const running = desk.tick.search?.state === "running";
     fill(head, element("h2", {}, "The law itself"),
       element("p", { class: "soft" }, "Where no effect of the catalogue explains what is missing: where it acts, its shape, and a formula."),
-      button("Look for the law itself", () => act("discover"), { disabled: running || !ready(), class: open ? "primary" : null }));
+      idle("Look for the law itself", () => act("discover"), { disabled: !ready(), class: open ? "primary" : null }));
     fill(body, desk.discovered && answered(desk.discovered),
       !desk.discovered && desk.by_hand.discover && element("details", { "data-key": "law to be by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.discover)));
   });

@@ -53,7 +53,7 @@ function rangeOf(y) {
 
 async function look() {
   try {
-    const answer = await get("/api/live", { since });
+    const answer = await get("api/live", { since });
     // A server that has begun anew counts from the beginning.
     if (answer.count < since) moments = [];
     since = answer.count;

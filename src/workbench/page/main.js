@@ -25,7 +25,8 @@ function doing(tick) {
 let complaints = [];
 let noticed = "";
 function notices() {
-  const all = [...(desk?.notices || []), ...complaints];
+  // Many plots may have the same to say.
+  const all = [...new Set([...(desk?.notices || []), ...complaints])];
   // What stands there already is not said once more with every change of the desk.
   if (JSON.stringify(all) === noticed) return;
   noticed = JSON.stringify(all);
@@ -38,7 +39,7 @@ function notices() {
 }
 
 document.addEventListener("complaint", event => {
-  complaints.push(event.detail);
+  if (!complaints.includes(event.detail)) complaints.push(event.detail);
   notices();
 });
 

@@ -20,7 +20,7 @@ function content({ design, command: typed }) {
   ];
   const said = [["refused", design.refusal], ["warning", design.warning], ["advice", design.advice]].filter(([, sentence]) => sentence);
   return [
-    rows ? table([kind, "", "unit"], rows) : element("p", { class: "bad" }, `${kind}: no stable loop`),
+    rows ? table([kind, "", "unit"], rows, { class: "margins" }) : element("p", { class: "bad" }, `${kind}: no stable loop`),
     said.map(([what, sentence]) => element("p", {}, element("b", {}, what + ": "), sentence)),
     command(typed),
   ];
@@ -34,7 +34,7 @@ export function margins(model) {
     ontoggle: async () => {
       if (!fold.open) return;
       try {
-        fill(host, content(await get("/api/margins", { model: model.id })));
+        fill(host, content(await get("api/margins", { model: model.id })));
       } catch (error) {
         complain(error.message);
       }

@@ -30,7 +30,8 @@ function entry(model, desk) {
     class: "name", "aria-pressed": String(isChosen), "aria-label": "work on " + model.name, title: "work on this model",
   });
   const keep = button("save", () => save({ what: "model", id: model.id }), { class: "quiet", "aria-label": "save model " + model.name });
-  const close = !isChosen && button("×", () => act("close_model", { model: model.id }), { class: "quiet", "aria-label": "close " + model.name });
+  // The paper's stays: everything starts from it.
+  const close = !isChosen && model.file !== "paper" && button("×", () => act("close_model", { model: model.id }), { class: "quiet", "aria-label": "close " + model.name });
   const effects = model.effects.map(it => it.id).join(" + ") || "no effects added";
   return element("li", { "data-model": model.id }, element("div", { class: "row" }, shown, swatch, name, keep, close),
     element("p", { class: "soft" }, effects),

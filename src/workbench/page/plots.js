@@ -2,6 +2,7 @@
 
 import { complain, desk, get, ofChosen, onDesk, save, saveBlob } from "./act.js";
 import { Chart, colourOf, ink, isDark } from "./charts.js";
+import { lookOf, nameOf } from "./looks.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { against } from "./against.js";
 import { named } from "./ask.js";
@@ -9,15 +10,13 @@ import { onBeside, others } from "./beside.js";
 import { details } from "./details.js";
 import { drawing, picture } from "./drawing.js";
 import { columns } from "./guess.js";
-import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
+import { button, command, element, fill, lastPart, number, precise, whenLetGo } from "./dom.js";
 
 let middle = null;
-let log = null;
-let span = null;
-let figures = [];
-let built = "";
-let rows = "";
-let channels = [];
+let [log, span, channels] = [null, null, []];
+let [figures, built, rows] = [[], "", ""];
+// What is to be drawn anew, and with the next picture of the screen.
+let [isForced, frame] = [false, 0];
 const listeners = [];
 
 export const shownLog = () => log;
@@ -79,17 +78,18 @@ function blocks() {
 class Figure {
   // `channel` is drawn of other logs, too.
   constructor(title, query, parts, under, channel) {
-    [this.query, this.channel] = [query, channel];
+    [this.title, this.query, this.channel] = [title, query, channel];
     this.stale = true;
-    this.asked = 0;
     this.charts = parts.map(part => {
       const host = element("div", { class: "chart" });
       return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
     });
-    // Just come into view, or just made anew, it may not be drawn yet.
-    const whole = async () => ((this.stale || !this.root.dataset.drawn) && await this.refresh(true), drawing(this.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink));
-    const png = button("picture", async () => saveBlob(await picture(await whole()), "plot.png"), { class: "quiet", "aria-label": "save a picture of " + title });
-    const lines = button("SVG", async () => saveBlob(await whole(), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
+    const keep = (name, made) => async () => {
+      const figure = await drawn(title);
+      if (figure) saveBlob(await made(drawing(figure.charts.map(it => it.chart), `${title}, ${lastPart(current().name)}`, ink)), name);
+    };
+    const png = button("picture", keep("plot.png", picture), { class: "quiet", "aria-label": "save a picture of " + title });
+    const lines = button("SVG", keep("plot.svg", it => it), { class: "quiet", "aria-label": "save a drawing of " + title });
     this.root = element("figure", { "aria-label": title },
       element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), png, lines), under), this.charts.map(it => it.host));
     this.range = element("div");
@@ -106,17 +106,22 @@ class Figure {
     rangeTable(this.range, { log, ...this.query }, nameOf).catch(error => complain(error.message));
   }
 
-  async refresh(unseen) {
-    this.stale = true;
-    if (!this.visible && !unseen) return;
+  refresh(unseen) {
+    if (this.visible || unseen) this.asking = this.ask();
+  }
+
+  // Whether it was drawn. What was asked for before is called off.
+  async ask() {
     this.stale = false;
-    const number = ++this.asked;
+    this.call?.abort();
+    const { signal } = this.call = new AbortController();
     const [from, to] = seen();
+    // What is there already moves with the hand, however long the answer takes.
+    for (const { chart } of this.charts) chart.move(from, to);
     try {
       const { pixels } = this.charts[0].chart;
-      const [answer, beside] = await Promise.all([get("/api/plot", { log, from, to, pixels, ...this.query }), this.channel ? others(log, this.channel, [from, to], pixels) : []]);
-      // An older answer than one that is asked for already.
-      if (number !== this.asked) return;
+      const [answer, beside] = await Promise.all([get("api/plot", { log, from, to, pixels, ...this.query }, signal), this.channel ? others(log, this.channel, [from, to], pixels, signal) : []]);
+      if (signal.aborted) return false;
       for (const { part, chart } of this.charts) {
         const own = answer.curves.filter(it => part.kinds.includes(it.kind)).map((it, index) => ({ ...it, ...lookOf(it, index) }));
         const curves = part === this.charts[0].part ? [...own, ...beside] : own;
@@ -124,31 +129,31 @@ class Figure {
       }
       this.root.dataset.drawn = `${from} ${to}`;
       this.root.dataset.scheme = isDark() ? "dark" : "light";
+      return true;
     } catch (error) {
-      complain(error.message);
+      this.stale ||= !signal.aborted;
+      if (!signal.aborted) complain(error.message);
+      return false;
     }
   }
-}
 
-function lookOf(curve, index) {
-  const model = desk.models.find(it => it.id === curve.model);
-  const name = model?.name || curve.name;
-  switch (curve.kind) {
-    case "measured": return { label: "measured", tone: "measured" };
-    case "channel": return { label: curve.name, tone: "next-" + (index % 8) };
-    case "lower": return { label: name + " -1 s.e.", tone: colourOf(curve.model), edge: true };
-    case "upper": return { label: name + " +1 s.e.", tone: colourOf(curve.model), edge: true, upper: true };
-    default: return { label: name, tone: colourOf(curve.model), dashed: model?.is_tried };
+  destroy() {
+    this.call?.abort();
+    for (const { chart } of this.charts) chart.destroy();
   }
 }
 
-// A curve's name where it stands without its colour.
-function nameOf(curve, index) {
-  const { label } = lookOf(curve, index);
-  return { error: "error of " + label, modelled: label }[curve.kind] || label;
+// The plots of this name, drawn: just come into view, or moved on, they may not be yet, and new ones may take their place meanwhile.
+async function drawn(title) {
+  let [figure, asking, isDrawn] = [null, null, false];
+  while (figure !== figures.find(it => it.title === title) || asking !== figure?.asking) {
+    figure = figures.find(it => it.title === title);
+    if (figure?.stale) figure.refresh(true);
+    isDrawn = await (asking = figure?.asking);
+  }
+  return isDrawn ? figure : null;
 }
 
-// Each model's error of a block, beside what noise alone would leave.
 function errors(block) {
   return element("ul", { class: "errors" }, block.errors.map(it => {
     const model = desk.models.find(model => model.id === it.model);
@@ -198,8 +203,8 @@ function bar(it) {
     onchange: event => { channels = [...new Set([...channels, event.target.value])]; update(true); },
   }, element("option", { value: "" }, "add a channel ..."), it.channels.map(channel => element("option", { value: channel.name }, channel.name)));
   return element("div", { class: "bar row" }, element("h2", {}, lastPart(it.name)),
-    button("worst 10 s", worst), button("all", all), button("+", () => zoom(0.5), { "aria-label": "zoom in" }), button("−", () => zoom(2), { "aria-label": "zoom out" }),
-    button("◀", () => pan(-0.25), { "aria-label": "earlier" }), button("▶", () => pan(0.25), { "aria-label": "later" }),
+    button("worst 10 s", worst), button("all", all), button("+", () => zoom(0.5), { "aria-label": "zoom in", repeats: true }), button("−", () => zoom(2), { "aria-label": "zoom out", repeats: true }),
+    button("◀", () => pan(-0.25), { "aria-label": "earlier", repeats: true }), button("▶", () => pan(0.25), { "aria-label": "later", repeats: true }),
     button("A", () => cursor("A"), { "aria-label": "cursor A" }), button("B", () => cursor("B"), { "aria-label": "cursor B" }),
     button("A B off", clear, { "aria-label": "cursors off" }), pick,
     button("report", () => save({ what: "report", id: it.id }), { class: "quiet", "aria-label": "save the report of " + it.name }),
@@ -207,11 +212,19 @@ function bar(it) {
       class: "quiet", "aria-label": "save the signals of " + it.name, title: "what is seen: these times, every channel and every model that is drawn" }));
 }
 
-// Draws anew what has changed: other blocks or models are other plots.
+// Not while one of the plots is dragged along.
 function update(force) {
+  isForced ||= force === true;
+  whenLetGo(middle, redraw);
+}
+
+// Draws anew what has changed: other blocks or models are other plots.
+function redraw() {
+  const force = isForced;
+  isForced = false;
   const it = current();
   const none = () => {
-    for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
+    for (const figure of figures) figure.destroy();
     [figures, built] = [[], ""];
   };
   const asked = desk?.logs.find(it => it.id === log && it.state === "guessed");
@@ -228,7 +241,7 @@ function update(force) {
     return fill(middle, element("p", { class: "soft" }, waits("opening") ? "Being read ..." : waits("parts") ? "Choose one of the logs of the file." : "Open a log to see it here."));
   }
   const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.chosen, named(), desk.models.map(it => [it.id, it.name, it.is_tried])]);
-  if (signature === built && force !== true) {
+  if (signature === built && !force) {
     // More of it was read.
     if (rows !== it.sha256) refresh();
     rows = it.sha256;
@@ -236,7 +249,7 @@ function update(force) {
   }
   [built, rows] = [signature, it.sha256];
   const top = middle.scrollTop;
-  for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
+  for (const figure of figures) figure.destroy();
   figures = makeFigures(it);
   const why = it.compared?.why && element("p", { class: "bad" }, it.compared.why);
   fill(middle, bar(it), why, !it.compared && element("p", { class: "soft" }, "The models are being compared with it ..."),
@@ -244,7 +257,14 @@ function update(force) {
   middle.scrollTop = top;
 }
 
-const refresh = () => figures.forEach(figure => figure.refresh(false));
+// However often it is called: each plot is asked for once in a picture of the screen, as it was wanted last.
+function refresh() {
+  for (const figure of figures) figure.stale = true;
+  frame ||= requestAnimationFrame(() => {
+    frame = 0;
+    for (const figure of figures) if (figure.stale) figure.refresh();
+  });
+}
 
 export function build(at) {
   middle = at("middle");
@@ -256,7 +276,11 @@ export function build(at) {
       figure.measure();
     }
   });
+  let wide = 0;
   new ResizeObserver(() => {
+    // A notice that comes or goes changes the height alone.
+    if (wide === middle.clientWidth) return;
+    wide = middle.clientWidth;
     for (const figure of figures) figure.charts.forEach(({ chart }) => chart.resize());
     refresh();
   }).observe(middle);

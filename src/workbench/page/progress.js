@@ -48,7 +48,7 @@ export function progressOf(kinds) {
     const search = kinds.includes(tick.search?.kind) ? tick.search : null;
     const made = search && state(search);
     told.tell(search ? words(search) : "");
-    // A button that is put anew between press and release is not pressed: while it runs only the words change.
+    // Its bar would begin anew with each tenth of a second: while it runs only the words change.
     const shown = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
     if (shown) {
       shown.textContent = made[1].textContent;

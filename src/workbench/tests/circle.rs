@@ -38,6 +38,34 @@ fn by_hand(logs: &[PathBuf], effects: &[String]) -> Model {
         .model
 }
 
+/// What follows begins with its file: the command that writes it is one of those that were done.
+#[test]
+fn a_tried_model_that_is_worked_on_stays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = demo_logs_in(folder.path()).expect("recorded");
+    let it = Running::with(&demo.logs);
+    it.wait_for("open", super::law::are_open);
+    assert_eq!(it.act("{\"act\":\"try\",\"effects\":[\"torque_bias\"]}").status, 200);
+    let desk = it.wait_for("tried", |desk| is_done(desk) && desk["models"][1]["is_tried"] == true);
+    let done = desk["done"].as_array().expect("commands").len();
+    let choose = json!({ "act": "choose", "model": desk["models"][1]["id"] }).to_string();
+    assert_eq!(it.act(&choose).status, 200);
+    let desk = it.json("/api/desk");
+    assert_eq!(chosen(&desk)["is_made"], true);
+    let commands = desk["done"].as_array().expect("commands");
+    assert_eq!(commands.len(), done + 1);
+    let last = commands[done].as_str().expect("a command");
+    assert!(last.contains("extend --model paper --effect torque_bias"), "{last}");
+    assert!(last.ends_with(" -o step-1.toml"), "{last}");
+    let session = folder.path().join("session.toml");
+    fs::write(&session, it.get("/api/export?what=session").body).expect("written");
+    let saved = saved::read(&session).expect("it reads");
+    assert_eq!((saved.chosen.as_str(), saved.chosen_model), ("step-1", Some(1)));
+    // The paper's model stays: everything starts from it.
+    let close = json!({ "act": "close_model", "model": desk["models"][0]["id"] }).to_string();
+    assert_eq!(it.act(&close).status, 409);
+}
+
 #[test]
 fn what_is_missing_is_found_added_and_taken_back_as_by_hand() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -18,6 +18,8 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// A workbench on a port of its own; it ends when this is dropped.
 pub struct Running {
     pub port: u16,
+    /// First part of every path.
+    pub place: String,
     pub token: String,
     cancel: Cancel,
     thread: Option<JoinHandle<()>>,
@@ -45,11 +47,11 @@ impl Running {
             }
         });
         let address = heard.recv_timeout(PATIENCE).expect("an address");
-        let (port, token) = address
-            .strip_prefix("http://127.0.0.1:")
-            .and_then(|rest| rest.split_once("/?token="))
-            .expect("port and token");
-        Self { port: port.parse().expect("a port"), token: token.to_owned(), cancel, thread: Some(thread) }
+        let (port, rest) =
+            address.strip_prefix("http://127.0.0.1:").and_then(|rest| rest.split_once('/')).expect("a port");
+        let (place, token) = rest.split_once("/?token=").expect("a path and a token");
+        let (port, place, token) = (port.parse().expect("a port"), place.to_owned(), token.to_owned());
+        Self { port, place, token, cancel, thread: Some(thread) }
     }
 
     pub fn connect(&self) -> TcpStream {
@@ -67,8 +69,13 @@ impl Running {
         format!("Host: 127.0.0.1:{}\r\n", self.port)
     }
 
-    /// Sends a head and a body as they are.
+    /// Sends a head, below the server's own path, and a body as they are.
     pub fn raw(&self, head: &str, body: &[u8]) -> Said {
+        self.as_it_is(&head.replacen(" /", &format!(" /{}/", self.place), 1), body)
+    }
+
+    /// The same with the path as it is.
+    pub fn as_it_is(&self, head: &str, body: &[u8]) -> Said {
         let mut stream = self.connect();
         stream.write_all(format!("{head}Connection: close\r\n\r\n").as_bytes()).expect("sent");
         // A server that has said no before the end of it closes.
@@ -129,5 +136,18 @@ pub fn read(stream: &mut TcpStream) -> Said {
     let text = String::from_utf8_lossy(&bytes).into_owned();
     let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
     let status = head.split(' ').nth(1).and_then(|word| word.parse().ok()).unwrap_or(0);
-    Said { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
+    let head = head.to_ascii_lowercase();
+    let body = if head.contains("transfer-encoding: chunked") { unchunked(body) } else { body.to_owned() };
+    Said { status, head, body }
+}
+
+/// What came in pieces, each behind its length.
+fn unchunked(mut rest: &str) -> String {
+    let mut whole = String::new();
+    while let Some((length, behind)) = rest.split_once("\r\n") {
+        let length = usize::from_str_radix(length.trim(), 16).unwrap_or(0);
+        whole.push_str(&behind[..length]);
+        rest = behind[length..].trim_start_matches("\r\n");
+    }
+    whole
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::client::Running;
 use super::law::{are_open, teeth};
+use crate::log::csv::content_hash;
 use crate::model::Model;
 use crate::workbench::{WorkbenchConfig, saved};
 
@@ -68,6 +69,10 @@ fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
     let model = saved::read(&file).expect("it reads").answers[0].model_sha256.clone();
     assert!(changed(&model, &"0".repeat(64))[0].contains("paper"));
 
+    for answer in ["5", "[]", "{}", "\"x\""] {
+        assert_eq!(forged(&file, answer).len(), 2, "{answer}");
+    }
+
     // A log that is another now.
     let log = folder.path().join("held_out.csv");
     let rows = fs::read_to_string(&log).expect("a log");
@@ -87,6 +92,64 @@ fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
     let it = Running::of(WorkbenchConfig { session: Some(file), ..WorkbenchConfig::default() });
     let said = notices(&it.json("/api/desk"));
     assert_eq!(said.len(), 3, "a log that has gone, and both answers: {said:?}");
+}
+
+/// What is said of a session whose answers somebody has written, with their hashes.
+fn forged(session: &Path, answer: &str) -> Vec<String> {
+    let mut saved = saved::read(session).expect("it reads");
+    for kept in &mut saved.answers {
+        kept.answer = answer.to_owned();
+        kept.answer_sha256 = content_hash(answer.as_bytes());
+    }
+    let file = session.with_file_name("forged.toml");
+    fs::write(&file, toml::to_string(&saved).expect("text")).expect("written");
+    let (_it, desk) = reopened(&file);
+    assert!(desk["answered"].is_null() && desk["discovered"].is_null(), "{answer}");
+    notices(&desk)
+}
+
+/// What a session names is opened as what is named here: a pipe, from which nothing ever comes, holds nothing up.
+#[test]
+fn a_session_opens_no_pipe() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let logs = teeth(folder.path());
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("it runs").success());
+    let (pipe, log) = (pipe.display(), logs[0].display());
+    let text = format!(
+        "version = 1\nchosen = \"paper\"\nshows_paper = true\n\
+         [[models]]\nfile = \"{pipe}\"\nshown = true\n\
+         [[logs]]\npath = \"{log}\"\nsha256 = \"\"\nrole = \"fit\"\nmapping = {{ name = \"{pipe}\" }}\n"
+    );
+    let file = folder.path().join("session.toml");
+    fs::write(&file, text).expect("written");
+    let it = Running::of(WorkbenchConfig { session: Some(file), ..WorkbenchConfig::default() });
+    let desk = it.json("/api/desk");
+    let said = notices(&desk);
+    assert!(said.len() == 2 && said.iter().all(|it| it.contains("pipe")), "{said:?}");
+    assert_eq!(desk["logs"], json!([]));
+}
+
+/// Two models of one name: the one that was worked on is worked on again.
+#[test]
+fn of_two_models_of_one_name_the_chosen_one_is_chosen_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let logs = teeth(folder.path());
+    let models = ["one.toml", "other.toml"].map(|name| folder.path().join(name));
+    for (model, inertia) in models.iter().zip([1.0, 2.0]) {
+        let mut twin = Model { name: "twin".to_owned(), ..Model::paper() };
+        twin.body.inertia *= inertia;
+        fs::write(model, twin.emit().expect("text")).expect("written");
+    }
+    let it = Running::of(WorkbenchConfig { logs, models: models.to_vec(), ..WorkbenchConfig::default() });
+    let desk = it.json("/api/desk");
+    assert_eq!(desk["chosen"], desk["models"][2]["id"], "the last one");
+    let file = folder.path().join("session.toml");
+    fs::write(&file, it.get("/api/export?what=session").body).expect("written");
+    drop(it);
+    let (_it, desk) = reopened(&file);
+    assert_eq!(desk["chosen"], desk["models"][2]["id"]);
+    assert!(desk["models"][2]["file"].as_str().is_some_and(|file| file.ends_with("other.toml")));
 }
 
 #[test]

@@ -51,8 +51,15 @@ fn without_the_token_nothing_is_answered() {
     assert_eq!(ask(&format!("/api/desk?token={}", it.token), "").status, 403, "the first address alone");
     let first = ask(&format!("/?token={}", it.token), "");
     assert_eq!(first.status, 200);
-    for word in ["httponly", "samesite=strict", "refresh: 0; url=/\r\n", &it.token] {
+    for word in
+        ["httponly", "samesite=strict", "refresh: 0; url=./\r\n", &it.token, &format!("path=/{}/", it.place)]
+    {
         assert!(format!("{}\r\n", first.head).contains(word), "{word}: {}", first.head);
+    }
+    // A cookie is for every port of a host: the path is what no other server knows.
+    for path in ["/", "/api/desk", &format!("/?token={}", it.token)] {
+        let head = format!("GET {path} HTTP/1.1\r\n{}{}", it.host(), it.cookie());
+        assert_eq!(it.as_it_is(&head, b"").status, 403, "{path}");
     }
     let page = it.get("/");
     assert_eq!(page.status, 200);
@@ -188,8 +195,8 @@ fn five_hundred_silent_sockets_keep_nobody_out() {
     let it = running(&inside);
     // One that listens, as a page does, was there before and stays.
     let mut page = it.connect();
-    page.write_all(format!("GET /api/events HTTP/1.1\r\n{}{}\r\n", it.host(), it.cookie()).as_bytes())
-        .expect("sent");
+    let head = format!("GET /{}/api/events HTTP/1.1\r\n{}{}\r\n", it.place, it.host(), it.cookie());
+    page.write_all(head.as_bytes()).expect("sent");
     let mut first = [0; 12];
     std::io::Read::read_exact(&mut page, &mut first).expect("an answer");
     assert_eq!(&first, b"HTTP/1.1 200");
