@@ -288,6 +288,22 @@ mod tests {
         assert_eq!(log.sha256().len(), 64);
     }
 
+    /// Rows are written so many at a time, and none is lost between two of these.
+    #[test]
+    fn a_long_log_is_written_whole() {
+        for count in [ROWS_AT_A_TIME, 2 * ROWS_AT_A_TIME + 1] {
+            let time: Vec<f64> = (0..count).map(|row| 0.001 * row as f64).collect();
+            let mut log = Dataset::new("here", "", time.clone()).expect("time rises");
+            log.insert("command_1", time.iter().map(|time| 0.5 * time).collect()).expect("fits");
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join("log.csv");
+            write(&log, &path).expect("written");
+            assert!(fs::read_to_string(&path).is_ok_and(|text| text == emit(&log)), "{count} rows");
+            let again = read(&path).expect("a good log");
+            assert_eq!((again.time(), again.column("command_1")), (&time[..], log.column("command_1")));
+        }
+    }
+
     #[test]
     fn byte_order_mark_spaces_and_short_rows_are_read() {
         let log = parse_text("\u{feff}time_s, command_1\r\n0, 0.5\r\n1\r\n").expect("a good log");

@@ -121,7 +121,7 @@ fn a_part_of_a_log_is_read_and_said_as_by_the_options() {
     let nowhere = json!({ "act": "open_log", "path": logs[0], "choice": { "from_s": 99.0 } });
     assert_eq!(act(&it, &nowhere), 200);
     let desk = it.wait_for("failed", |desk| desk["logs"][3]["state"] == "failed");
-    assert!(desk["logs"][3]["why"].to_string().contains("no row from 99 s"), "{}", desk["logs"][3]);
+    assert!(desk["logs"][3]["why"].to_string().contains("no row from 99 s; it goes"), "{}", desk["logs"][3]);
     drop(it);
     let file = folder.path().join("session.toml");
     fs::write(&file, session).expect("written");
