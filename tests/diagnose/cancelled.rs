@@ -48,8 +48,8 @@ fn hears_ctrl_c(process: u32) -> bool {
     mask & 1 << (libc::SIGINT - 1) != 0
 }
 
-/// Cancels a command some time after it listens: how it ended, and what it said.
-fn cancelled(folder: &Path, arguments: &[&str], after: Duration) -> (ExitStatus, String) {
+/// Cancels a command by a signal some time after it listens: how it ended, and what it said.
+fn cancelled(folder: &Path, arguments: &[&str], after: Duration, signal: i32) -> (ExitStatus, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
     command.args(arguments).current_dir(folder).stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("the program starts");
@@ -57,7 +57,7 @@ fn cancelled(folder: &Path, arguments: &[&str], after: Duration) -> (ExitStatus,
     std::thread::sleep(after);
     assert_eq!(child.try_wait().expect("it can be asked"), None, "{arguments:?} ended by itself");
     // SAFETY: a signal to a child that was not waited for yet.
-    assert_eq!(unsafe { libc::kill(child.id() as libc::pid_t, libc::SIGINT) }, 0);
+    assert_eq!(unsafe { libc::kill(child.id() as libc::pid_t, signal) }, 0);
     let begun = Instant::now();
     let status = loop {
         if let Some(status) = child.try_wait().expect("it can be asked") {
@@ -80,13 +80,14 @@ fn ctrl_c_ends_a_command_and_leaves_nothing_behind() {
     fs::write(folder.path().join("long.csv"), long_log()).expect("written");
     // The first two in the midst of a search, the others wherever they are.
     let search = Duration::from_secs(1);
-    for (arguments, after) in [
-        (&["diagnose", "--log", "long.csv", "--report", "out.html"][..], search),
-        (&["extend", "--effect", "second_order_lag", "--log", "long.csv", "-o", "out.toml"], search),
-        (&["identify", "--log", "long.csv", "-o", "out.toml"], Duration::ZERO),
-        (&["compare", "--log", "long.csv", "--report", "out.html"], Duration::ZERO),
+    let ctrl_c = libc::SIGINT;
+    for (arguments, after, signal) in [
+        (&["diagnose", "--log", "long.csv", "--report", "out.html"][..], search, ctrl_c),
+        (&["extend", "--effect", "second_order_lag", "--log", "long.csv", "-o", "out.toml"], search, ctrl_c),
+        (&["identify", "--log", "long.csv", "-o", "out.toml"], Duration::ZERO, libc::SIGTERM),
+        (&["compare", "--log", "long.csv", "--report", "out.html"], Duration::ZERO, ctrl_c),
     ] {
-        let (status, said) = cancelled(folder.path(), arguments, after);
+        let (status, said) = cancelled(folder.path(), arguments, after, signal);
         assert_eq!(status.code(), Some(1), "{arguments:?}: {status}, {said}");
         assert_eq!(said.trim_end(), "cancelled; nothing was written", "{arguments:?}");
         let left = fs::read_dir(folder.path()).expect("a folder").flatten().map(|entry| entry.file_name());

@@ -7,6 +7,7 @@ use super::{pages, root, rotorbench};
 /// Options that other programs have: cargo, and the scripts in tools/.
 const OTHERS: &[&str] = &[
     "--release",
+    "--all",
     "--lib",
     "--test",
     "--example",

@@ -27,37 +27,45 @@ fn with_missing(log: &Dataset, mut lost: impl FnMut(usize) -> bool, cells: bool)
     left
 }
 
-/// One in ten rows lost at random, or one in ten commands: what the rotor was commanded meanwhile is not known, and a log read
-/// as if the last command had been sent again makes the pole 15 to 25 % too fast, tens of standard errors away.
-#[test]
-fn what_is_missing_between_commands_does_not_move_the_pole() {
-    const DRAWS: u64 = 16;
-    for cells in [false, true] {
-        let mut away: Vec<f64> = Vec::new();
-        for draw in 0..DRAWS {
-            let mut random = ChaCha8Rng::seed_from_u64(40 + draw);
-            let mut config = bench(200 + draw);
-            config.plant.pole = random.random_range(8.0..24.0);
-            let whole = run(&config, prbs(60.0, draw), "prbs");
-            let log = with_missing(&whole, |_| random.random_bool(0.1), cells);
-            let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-            let found = identify(&screened(&[log]), &[], &settings).expect("identified");
-            let joint = found.joint.expect("exciting commands");
-            let (pole, truth) = (joint.pole, config.plant.pole);
-            println!("{pole:?} of {truth}, residual {}", joint.residual_rms);
-            away.push((pole.value - truth) / pole.standard_error);
-            // The sensor's noise is all that is left: 1.5 rad/s.
-            assert!((1.3..1.7).contains(&joint.residual_rms), "{}", joint.residual_rms);
-            assert!(pole.standard_error < 0.01 * truth, "{pole:?}: a minute says more than that");
-            let missing = found.findings.iter().find(|it| it.code == "commands_missing").expect("found");
-            assert!((missing.number("interval_s") - 0.02).abs() < 1e-9, "{missing:?}");
-            assert!(!found.findings.iter().any(|it| it.code == "rotor_residual_correlated"));
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    /// One in ten rows lost at random, or one in ten commands: what the rotor was commanded meanwhile is not known, and a log read
+    /// as if the last command had been sent again makes the pole 15 to 25 % too fast, tens of standard errors away.
+    #[test]
+    fn what_is_missing_between_commands_does_not_move_the_pole() {
+        const DRAWS: u64 = 16;
+        for cells in [false, true] {
+            let mut away: Vec<f64> = Vec::new();
+            for draw in 0..DRAWS {
+                let mut random = ChaCha8Rng::seed_from_u64(40 + draw);
+                let mut config = bench(200 + draw);
+                config.plant.pole = random.random_range(8.0..24.0);
+                let whole = run(&config, prbs(60.0, draw), "prbs");
+                let log = with_missing(&whole, |_| random.random_bool(0.1), cells);
+                let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+                let found = identify(&screened(&[log]), &[], &settings).expect("identified");
+                let joint = found.joint.expect("exciting commands");
+                let (pole, truth) = (joint.pole, config.plant.pole);
+                println!("{pole:?} of {truth}, residual {}", joint.residual_rms);
+                away.push((pole.value - truth) / pole.standard_error);
+                // The sensor's noise is all that is left: 1.5 rad/s.
+                assert!((1.3..1.7).contains(&joint.residual_rms), "{}", joint.residual_rms);
+                assert!(pole.standard_error < 0.01 * truth, "{pole:?}: a minute says more than that");
+                let missing = found.findings.iter().find(|it| it.code == "commands_missing").expect("found");
+                assert!((missing.number("interval_s") - 0.02).abs() < 1e-9, "{missing:?}");
+                assert!(!found.findings.iter().any(|it| it.code == "rotor_residual_correlated"));
+            }
+            // Of sixteen honest intervals more than three without the truth come in 0.7 % of the cases, a mean of 3/4 of a
+            // standard error in 0.3 %.
+            let outside = away.iter().filter(|z| z.abs() > 1.96).count();
+            let mean = away.iter().sum::<f64>() / away.len() as f64;
+            assert!(
+                outside <= 3 && mean.abs() < 0.75,
+                "cells {cells}: {outside} outside, mean {mean}: {away:?}"
+            );
         }
-        // Of sixteen honest intervals more than three without the truth come in 0.7 % of the cases, a mean of 3/4 of a
-        // standard error in 0.3 %.
-        let outside = away.iter().filter(|z| z.abs() > 1.96).count();
-        let mean = away.iter().sum::<f64>() / away.len() as f64;
-        assert!(outside <= 3 && mean.abs() < 0.75, "cells {cells}: {outside} outside, mean {mean}: {away:?}");
     }
 }
 

@@ -127,31 +127,36 @@ fn a_delay_is_left_out_when_asked_and_where_more_than_a_delay_is_missing() {
     assert!([IN_MODEL, NOT_ENOUGH].iter().all(|code| finding(&punctual, code).is_none()));
 }
 
-/// Errors over repeated noise, in standard errors: their mean square is one. That of the pole without the share that the
-/// delay's own error has in it would be far above.
-#[test]
-fn the_standard_errors_of_delay_and_pole_hold_beside_each_other() {
-    const RUNS: u64 = 120;
-    let bench = Bench { delay: DELAY, ..Bench::default() };
-    let of_seeds = |from: u64| {
-        let mut squares = [0.0; 2];
-        // Every second one: the other thread has those between.
-        for seed in (from..RUNS).step_by(2) {
-            let found = found(&[run(bench, 10 + seed, 1500)], &[], true);
-            let joint = found.joint.expect("exciting commands");
-            let fitted = joint.delay.expect("a delay, also where the battery shows only beside it");
-            let away = [fitted.delay.distance(DELAY), joint.pole.distance(POLE)];
-            squares.iter_mut().zip(away).for_each(|(sum, away)| *sum += away * away / RUNS as f64);
-        }
-        squares
-    };
-    let squares = std::thread::scope(|scope| {
-        let odd = scope.spawn(|| of_seeds(1));
-        let even = of_seeds(0);
-        let odd = odd.join().expect("no panic");
-        [even[0] + odd[0], even[1] + odd[1]]
-    });
-    println!("mean squares, delay and pole: {squares:?}");
-    // χ² of 120 over 120 has a standard deviation of 0.13: three of them.
-    assert!(squares.iter().all(|square| (0.6..1.4).contains(square)), "{squares:?}");
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    /// Errors over repeated noise, in standard errors: their mean square is one. That of the pole without the share that the
+    /// delay's own error has in it would be far above.
+    #[test]
+    fn the_standard_errors_of_delay_and_pole_hold_beside_each_other() {
+        const RUNS: u64 = 120;
+        let bench = Bench { delay: DELAY, ..Bench::default() };
+        let of_seeds = |from: u64| {
+            let mut squares = [0.0; 2];
+            // Every second one: the other thread has those between.
+            for seed in (from..RUNS).step_by(2) {
+                let found = found(&[run(bench, 10 + seed, 1500)], &[], true);
+                let joint = found.joint.expect("exciting commands");
+                let fitted = joint.delay.expect("a delay, also where the battery shows only beside it");
+                let away = [fitted.delay.distance(DELAY), joint.pole.distance(POLE)];
+                squares.iter_mut().zip(away).for_each(|(sum, away)| *sum += away * away / RUNS as f64);
+            }
+            squares
+        };
+        let squares = std::thread::scope(|scope| {
+            let odd = scope.spawn(|| of_seeds(1));
+            let even = of_seeds(0);
+            let odd = odd.join().expect("no panic");
+            [even[0] + odd[0], even[1] + odd[1]]
+        });
+        println!("mean squares, delay and pole: {squares:?}");
+        // χ² of 120 over 120 has a standard deviation of 0.13: three of them.
+        assert!(squares.iter().all(|square| (0.6..1.4).contains(square)), "{squares:?}");
+    }
 }

@@ -1,6 +1,6 @@
 //! A battery that is read in steps.
 
-use super::bench::{C_G1, C_G2, ColouredNoise, Count, FULL_VOLTAGE, K_V, POLE, RUNS, powered};
+use super::super::bench::{C_G1, C_G2, ColouredNoise, Count, FULL_VOLTAGE, K_V, POLE, RUNS, powered};
 use crate::identify::{static_curve, steady_rows};
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
