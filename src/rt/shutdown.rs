@@ -132,13 +132,16 @@ impl Shutdown {
     }
 }
 
-/// Ctrl-C and SIGTERM cancel a computation from now on, which drives nothing; Ctrl-Z and the rest do what they always do.
+/// Ctrl-C, SIGTERM and a terminal that is closed cancel a computation from now on, which drives nothing; Ctrl-Z and the rest do
+/// what they always do.
 ///
 /// # Errors
 /// The operating system's.
 pub fn cancel_on_signals() -> io::Result<Cancel> {
     let cancel = Cancel::default();
-    for signal in [libc::SIGINT, libc::SIGTERM] {
+    // With `nohup` it outlives the terminal.
+    let is_wanted = |signal: &c_int| *signal != libc::SIGHUP || !is_ignored(*signal);
+    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP].into_iter().filter(is_wanted) {
         let flag = cancel.flag();
         on_signal(signal, move |_| flag.store(true, Ordering::Relaxed))?;
     }
