@@ -95,6 +95,14 @@ impl BlockRun {
         self.add(rows, modelled);
     }
 
+    /// Gives back what its columns were given to grow, a quarter of a long one.
+    pub(crate) fn end(mut self) -> Self {
+        self.modelled.shrink_to_fit();
+        self.own.iter_mut().for_each(Vec::shrink_to_fit);
+        self.in_part.iter_mut().for_each(Vec::shrink_to_fit);
+        self
+    }
+
     /// Whether each piece is a window, started at a measurement.
     pub(crate) fn is_in_windows(&self) -> bool {
         matches!(self.floor, NoisePath::Window { .. })

@@ -34,13 +34,14 @@ pub(crate) fn blocks(
         driven.map_or_else(Vec::new, |driven| body(name, &equations, log, config, &driven))
     };
     let one = |part: &Part| -> Result<Vec<BlockRun>, CompareError> {
-        Ok(match *part {
+        let found: Vec<BlockRun> = match *part {
             Part::Actuator(rotor) => actuator(model, &equations, screened, rotor)?.into_iter().collect(),
             Part::Thrust(rotor) => thrust(model, &equations, screened, rotor).into_iter().collect(),
             Part::Body => driven("body", body_inputs(&equations, screened)),
             Part::Sensors => gyro_block::run(&equations, log).into_iter().collect(),
             Part::Chain => driven("chain", commanded(&equations, screened)),
-        })
+        };
+        Ok(found.into_iter().map(BlockRun::end).collect())
     };
     let found: Result<Vec<Vec<BlockRun>>, CompareError> = spread(&parts(log), one).into_iter().collect();
     Ok(found?.into_iter().flatten().collect())
