@@ -29,6 +29,7 @@ files![
     "details.js",
     "dom.js",
     "drawing.js",
+    "drop.js",
     "files.js",
     "follow.js",
     "guess.js",

@@ -612,6 +612,29 @@ async function parts() {
   check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
 }
 
+// A file of the folder, let go of over the page, as a file manager does.
+async function drop(name, bytes) {
+  const held = await page.evaluateHandle(([name, bytes]) => {
+    const held = new DataTransfer();
+    held.items.add(new File([new Uint8Array(bytes)], name));
+    return held;
+  }, [name, bytes]);
+  await page.dispatchEvent("main", "dragover", { dataTransfer: held });
+  check(await page.locator("html.dropping").count() === 1, "a file over the page shows");
+  await page.dispatchEvent("main", "drop", { dataTransfer: held });
+  check(await page.locator("html.dropping").count() === 0, "a file that was let go of no longer shows");
+}
+
+async function dropped() {
+  step("a log that is dragged in");
+  const { size } = statSync(join(folder, "teeth_2.csv"));
+  await drop("teeth_2.csv", size);
+  await page.getByRole("button", { name: "show teeth_2.csv" }).waitFor();
+  await drop("teeth_2.csv", size - 1);
+  await page.locator(".notice", { hasText: "teeth_2.csv is not below what this workbench may open" }).waitFor();
+  await page.getByRole("button", { name: "dismiss the notices" }).click();
+}
+
 async function grows() {
   step("a log that is being written");
   const lines = readFileSync(join(folder, "teeth_1.csv"), "utf8").trimEnd().split("\n");
@@ -684,6 +707,7 @@ try {
   await identified();
   await columns();
   await parts();
+  await dropped();
   await grows();
   await live();
   check(complaints.length === 0, "the browser complained:\n" + complaints.join("\n"));

@@ -81,7 +81,7 @@ export function build(at) {
   const draw = desk => fill(at("logs"),
     element("div", { class: "row" }, element("h2", {}, "Logs"),
       button("Open ...", openLog, { "aria-label": "open a log" })),
-    desk.logs.length ? element("ul", { class: "cards" }, desk.logs.map(entry)) : element("p", { class: "soft" }, "Open a log to begin."));
+    desk.logs.length ? element("ul", { class: "cards" }, desk.logs.map(entry)) : element("p", { class: "soft" }, "Open a log to begin, or drag one in."));
   onDesk(draw);
   view.onShown(draw);
   onFollowed(draw);

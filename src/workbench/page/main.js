@@ -4,6 +4,7 @@ import { act, begin, complain, desk, onDesk, onTick, save } from "./act.js";
 import { button, element, fill } from "./dom.js";
 import * as ask from "./ask.js";
 import * as beside from "./beside.js";
+import * as drop from "./drop.js";
 import * as follow from "./follow.js";
 import * as keys from "./keys.js";
 import * as ladder from "./ladder.js";
@@ -52,4 +53,5 @@ onTick(tick => {
 at("save").addEventListener("click", () => save({ what: "session" }));
 at("help").addEventListener("click", keys.show);
 keys.build(at);
+drop.build();
 begin().catch(error => complain(error.message));
