@@ -26,6 +26,11 @@ pub struct CandidateFit {
 }
 
 impl CandidateFit {
+    /// Its model alone: what it leaves is let go of.
+    pub(crate) fn into_model(self) -> Model {
+        self.model
+    }
+
     /// Mean square of the held-out residuals over the noise's, the freedom of initial states taken off.
     #[must_use]
     pub fn validate(&self, split: &DataSplit) -> f64 {

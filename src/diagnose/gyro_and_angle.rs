@@ -26,7 +26,8 @@ impl BehindAngle {
         let mut rows: Vec<[f64; 4]> = Vec::new();
         let mut interval: f64 = 0.0;
         for log in logs.iter().map(ScreenedLog::dataset) {
-            let Some((rate, angle)) = log.column(BODY_RATE).zip(log.column(BODY_ANGLE)) else { continue };
+            let Some((rate, angle)) = log.column(BODY_RATE).zip(log.cells(BODY_ANGLE)) else { continue };
+            let angle = angle.for_once();
             interval = interval.max(log.median_interval());
             let length = (THRESHOLDS.gyro_window_s / log.median_interval()).round().max(1.0) as usize;
             for segment in log.segments() {

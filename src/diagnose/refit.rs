@@ -77,7 +77,7 @@ impl Search<'_> {
         };
         weigh_channels(&mut split, &found);
         // Of a long log what a fit leaves of each row is long: of each no more is kept than is asked of it.
-        let found = found.model;
+        let found = found.into_model();
         let names = split.base_parameters(self.base);
         let bases = [(self.base, &[][..]), (&start, &names[..])];
         let bases = bases.map(|(from, names)| self.base_of_rung(from, names, &split));
@@ -115,8 +115,9 @@ impl Search<'_> {
         split.set_sigma(near.sigma);
         let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);
+        let first = first.into_model();
         let nominal = self.candidate(self.base, &[], &[]).run(split);
-        let refitted = self.candidate(&first.model, &[], &base_names).run_near(split);
+        let refitted = self.candidate(&first, &[], &base_names).run_near(split);
         let best = if ids.is_empty() {
             refitted.clone()
         } else {

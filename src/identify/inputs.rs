@@ -3,6 +3,7 @@
 use super::IdentifySettings;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
+use crate::log::Cells;
 use crate::model::Model;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreenedLog};
@@ -10,9 +11,10 @@ use crate::signal::columns;
 
 /// [V] what the battery had at its best, where that is more than the template's has when full.
 pub(crate) fn fuller_battery(logs: &[ScreenedLog], template: &Model) -> Option<f64> {
-    let columns = logs.iter().filter_map(|log| log.dataset().column(columns::BATTERY_VOLTAGE));
+    let cells = logs.iter().filter_map(|log| log.dataset().cells(columns::BATTERY_VOLTAGE));
+    let readings: Vec<Cells> = cells.map(|cells| cells.for_once()).collect();
     // A glitch of the reading is not the battery.
-    let best = quantile(columns.flatten().copied(), THRESHOLDS.best_voltage)?;
+    let best = quantile(readings.iter().flatten().copied(), THRESHOLDS.best_voltage)?;
     (best > THRESHOLDS.fuller_battery * template.actuator.full_voltage)
         .then_some((10.0 * best).round() / 10.0)
 }

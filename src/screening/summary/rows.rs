@@ -54,7 +54,8 @@ impl BodySummary {
     pub(super) fn of(log: &ScreenedLog) -> Option<Self> {
         let body = log.body()?;
         let scored = |name: &str| {
-            let values = log.dataset().column(name).unwrap_or_default().iter().enumerate();
+            let values = log.dataset().cells(name).unwrap_or_default().for_once();
+            let values = values.iter().enumerate();
             values.filter(|(row, value)| value.is_finite() && body.reason(*row).is_none()).count()
         };
         Some(Self {
