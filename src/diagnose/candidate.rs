@@ -239,7 +239,7 @@ impl Candidate<'_> {
         if split.folds.is_empty() {
             return validate(&problem(&split.validate), &best.globals);
         }
-        let mut residuals = vec![0.0; best.residuals.len()];
+        let mut residuals = Residuals::zero(best.residuals.len(), split.train.measured_rows());
         let mut joint = Fit { cost: 0.0, ..best.clone() };
         // Their fits start where the one on all data ended. Grids were moved since then, and what is beside them.
         let is_any_discontinuous = names.iter().any(|name| self.is_discontinuous(name));
@@ -257,9 +257,9 @@ impl Candidate<'_> {
             let held_out = validate_from(&problem(held_out), &part.globals, from);
             joint.cost += held_out.cost;
             // Each sample is held out in one fold, and zero in the others.
-            residuals.iter_mut().zip(&*held_out.residuals.all()).for_each(|(sum, residual)| *sum += residual);
+            residuals.add(&held_out.residuals);
         }
-        joint.residuals = Residuals::of(residuals, split.train.measured_rows());
+        joint.residuals = residuals;
         joint
     }
 

@@ -97,6 +97,37 @@ impl Residuals {
         Cow::Owned(whole)
     }
 
+    /// A vector of zeros, of which these rows are kept.
+    pub(crate) fn zero(len: usize, rows: Option<&Arc<MeasuredRows>>) -> Self {
+        let kept = rows.map_or(len, |rows| rows.count());
+        Self::of_measured(vec![0.0; kept], rows.map(Arc::clone))
+    }
+
+    /// Adds another one, of the same length, in the rows that are kept.
+    pub(crate) fn add(&mut self, other: &Self) {
+        let sums = Arc::make_mut(&mut self.measured);
+        let values = other.measured.iter();
+        match (&self.rows, &other.rows) {
+            (None, None) => sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value),
+            (None, Some(theirs)) => {
+                theirs.rows.iter().zip(values).for_each(|(row, value)| sums[*row as usize] += value);
+            }
+            (Some(own), None) => {
+                let pairs = sums.iter_mut().zip(&own.rows);
+                pairs.for_each(|(sum, row)| *sum += other.measured[*row as usize]);
+            }
+            (Some(own), Some(theirs)) => {
+                let mut own = sums.iter_mut().zip(&own.rows).peekable();
+                for (row, value) in theirs.rows.iter().zip(values) {
+                    while own.next_if(|(_, kept)| *kept < row).is_some() {}
+                    if let Some((sum, _)) = own.next_if(|(_, kept)| *kept == row) {
+                        *sum += value;
+                    }
+                }
+            }
+        }
+    }
+
     /// The whole vector minus another one, of the same length.
     #[must_use]
     pub fn minus(&self, other: &Self) -> Vec<f64> {
@@ -194,6 +225,25 @@ mod tests {
             assert_eq!(places, [0..3, 3..3, 3..11]);
         }
         assert_eq!(found, whole);
+    }
+
+    #[test]
+    fn a_sum_is_that_of_the_whole_vectors_in_the_rows_that_are_kept() {
+        let unit = std::slice::from_ref(&(0..20));
+        let each =
+            |every: usize| MeasuredRows::of((0..20).map(move |row| row % every == 2), unit).expect("few");
+        let few = [None, Some(each(5)), Some(each(4))];
+        let whole: Vec<f64> = (0..20).map(|row| f64::from(row) + 0.5).collect();
+        for own in &few {
+            let mut sum = Residuals::zero(20, own.as_ref());
+            let mut expected = vec![0.0; 20];
+            for other in &few {
+                let other = Residuals::of(whole.clone(), other.as_ref());
+                sum.add(&other);
+                expected.iter_mut().zip(&*other.all()).for_each(|(sum, value)| *sum += value);
+            }
+            assert_eq!(sum, Residuals::of(expected, own.as_ref()), "{own:?}");
+        }
     }
 
     #[test]

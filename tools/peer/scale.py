@@ -52,16 +52,18 @@ def table(rows):
     taken = measured([program, "identify", "--log", log, "-o", model, "--force"])
     pole = next((text for text in model.read_text().splitlines() if text.startswith("pole")), "pole = ?")
     line("`identify`, beside scipy", taken, f"p = {float(pole.split('=')[1]):.3f} 1/s", fitted)
-    taken = measured([program, "diagnose", "--log", log, "--validate", validation, "--json"])
-    found = json.loads(taken[3])
-    moment = found["parameters"].get("gravity_pendulum.moment", {"value": float("nan"), "standard_error": float("nan")})
-    error = moment["standard_error"]
-    answer = f"{' + '.join(found['effects']) or found['verdict']}, m = {moment['value']:.5f} ± {error if error is None else f'{error:.1e}'} N m"
-    line("`diagnose`, with as long a validation log", taken, answer)
-    taken = measured([program, "extend", "--force", "--effect", "gravity_pendulum", "--log", log, "--validate", validation, "-o",
-                      folder / "extended.toml", "--json"])
-    found = json.loads(taken[3])["error"]["extended"]["validate"]
-    line("`extend`, with as long a validation log", taken, f"held-out error {found:.5f} rad/s")
+    beside = {"thirds of the log held out": [], "with as long a validation log": ["--validate", validation]}
+    for held_out, more in beside.items():
+        taken = measured([program, "diagnose", "--log", log, *more, "--json"])
+        found = json.loads(taken[3])
+        moment = found["parameters"].get("gravity_pendulum.moment", {"value": float("nan"), "standard_error": float("nan")})
+        error = moment["standard_error"]
+        named = " + ".join(found["effects"]) or found["verdict"]
+        line(f"`diagnose`, {held_out}", taken, f"{named}, m = {moment['value']:.5f} ± {error if error is None else f'{error:.1e}'} N m")
+    for held_out, more in beside.items():
+        taken = measured([program, "extend", "--force", "--effect", "gravity_pendulum", "--log", log, *more, "-o", folder / "extended.toml", "--json"])
+        found = json.loads(taken[3])["error"]["extended"]["validate"]
+        line(f"`extend`, {held_out}", taken, f"held-out error {found:.5f} rad/s")
     return lines
 
 

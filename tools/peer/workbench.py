@@ -83,7 +83,7 @@ def bytes_of_page(page):
             continue
         text = page.get(path).decode()
         sizes[path] = len(text.encode())
-        waiting += ["/" + name for name in re.findall(r'(?:src="|href="|from ")\.?/([\w.]+)"', text)]
+        waiting += ["/" + name for name in re.findall(r'(?:src="|href="|from ")(?:\./)?(\w+\.\w+)"', text)]
     return len(sizes), sum(sizes.values())
 
 
