@@ -31,10 +31,11 @@ fn claimed(folder: &std::path::Path) -> Vec<String> {
 
 #[test]
 fn nothing_is_claimed_of_a_third_of_the_logs_that_are_what_they_say() {
-    nothing_is_claimed(|number| number % 3 == 0);
+    nothing_is_claimed(|number| number % 3 == 0, 13);
 }
 
-fn nothing_is_claimed(is_asked: impl Fn(usize) -> bool) {
+/// Of those that are asked, which must be more than `fewest`: together more than 40.
+fn nothing_is_claimed(is_asked: impl Fn(usize) -> bool, fewest: usize) {
     let both = [Kind::Actuator, Kind::Attitude];
     let singles = ENTRIES.iter().flat_map(|entry| {
         let shown = both.into_iter().filter(|kind| entry.shows_on(*kind));
@@ -53,7 +54,7 @@ fn nothing_is_claimed(is_asked: impl Fn(usize) -> bool) {
         assert!(claimed.is_empty(), "{name}: {claimed:?}, {}", case.truth);
         asked += 1;
     }
-    assert!(asked > 13, "{asked} cases");
+    assert!(asked > fewest, "{asked} cases");
 }
 
 /// What is missing on a bench, by its logs and its model.
@@ -135,7 +136,7 @@ mod at_length {
 
     #[test]
     fn nothing_is_claimed_of_the_other_two_thirds_of_the_logs() {
-        nothing_is_claimed(|number| number % 3 != 0);
+        nothing_is_claimed(|number| number % 3 != 0, 27);
     }
 
     /// A bench with nothing missing, whatever battery, hold and noise: a step that nobody can place, a voltage that gives way in a step and a

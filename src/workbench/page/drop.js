@@ -4,16 +4,21 @@
 import { act, complain, get } from "./act.js";
 import { lastPart } from "./dom.js";
 
-// Folders that are looked through; what lies deeper is opened from the list.
+// Folders that are looked through; what lies deeper is opened from the list. Of several files so many are named.
 const MOST_FOLDERS = 300;
+const MOST_NAMED = 4;
 
 // Where files of this name and length lie, and the folders that were named.
 async function places(file) {
   const found = new Set();
+  // A link may lead to a folder above.
+  const seen = new Set();
   const waiting = [undefined];
   let named = [];
   for (let looked = 0; waiting.length && looked < MOST_FOLDERS; looked += 1) {
     const { folder, folders, files } = await get("api/files", { folder: waiting.shift() });
+    if (seen.has(folder)) continue;
+    seen.add(folder);
     if (folder === "") named = folders;
     for (const it of files) if (lastPart(it.path) === file.name && it.bytes === file.size) found.add(it.path);
     waiting.push(...folders);
@@ -28,7 +33,7 @@ async function open(file) {
       const [path] = found;
       return await (path.endsWith(".toml") ? act("open_model", { path }) : act("open_log", { path }));
     }
-    const several = `There are ${found.length} files ${file.name} of this length: ${found.join(", ")}. Open the one that is meant from the list.`;
+    const several = `There are ${found.length} files ${file.name} of this length: ${found.slice(0, MOST_NAMED).join(", ")}${found.length > MOST_NAMED ? ", ..." : ""}. Open the one that is meant from the list.`;
     const none = `${file.name} is not below what this workbench may open (${named.join(", ") || "no folder"}): start it with the folder of the file, rotorbench workbench FOLDER.`;
     complain(found.length ? several : none);
   } catch (error) {
