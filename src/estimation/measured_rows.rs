@@ -232,7 +232,8 @@ mod tests {
         let unit = std::slice::from_ref(&(0..20));
         let each =
             |every: usize| MeasuredRows::of((0..20).map(move |row| row % every == 2), unit).expect("few");
-        let few = [None, Some(each(5)), Some(each(4))];
+        // Of each pair some rows are in both, behind some that are in one alone.
+        let few = [Some(each(8)), None, Some(each(4)), Some(each(5)), None];
         let whole: Vec<f64> = (0..20).map(|row| f64::from(row) + 0.5).collect();
         for own in &few {
             let mut sum = Residuals::zero(20, own.as_ref());
