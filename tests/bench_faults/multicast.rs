@@ -1,10 +1,9 @@
 //! Benches on UDP multicast, which need no CAN: beside DroneCAN's reference implementation in Python, in a network of the test's
 //! own, which reaches nothing.
 
-use std::io::{BufRead, BufReader, Write};
 use std::net::SocketAddr;
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use rotorbench::bench::BenchConfig;
@@ -17,6 +16,7 @@ use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::run::RunLoop;
 
 use crate::counting::allocations;
+use crate::processes::reference::{Reference, asked, text};
 use crate::processes::{Patience, Process, TestBench, say, up_to_six_times};
 
 /// Set where the test has its own network already.
@@ -56,66 +56,6 @@ fn bench(test: &str, change: impl FnOnce(&mut BenchConfig)) -> TestBench {
         config.real_time.lock_memory = false;
         change(config);
     })
-}
-
-fn text(output: &Output) -> String {
-    let [out, error] = [&output.stdout, &output.stderr].map(|it| String::from_utf8_lossy(it).into_owned());
-    out + &error
-}
-
-/// `rotorbench dronecan ...`, again until somebody answers.
-fn asked(bench: &TestBench, arguments: &[&str]) -> Output {
-    let command: Vec<&str> = ["dronecan"].iter().chain(arguments).copied().collect();
-    let mut patience = Patience::seconds(30);
-    loop {
-        let output = bench.run(&command);
-        if output.status.code() != Some(1) || !patience.lasts() {
-            return output;
-        }
-    }
-}
-
-/// A Python program on the bus that says a line now and then.
-struct Reference {
-    child: Child,
-    said: BufReader<ChildStdout>,
-}
-
-impl Reference {
-    fn start(program: &str) -> Self {
-        let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/dronecan-venv/bin/python");
-        assert!(python.exists(), "{} is there after tools/witnesses", python.display());
-        let mut child = Command::new(python)
-            .args(["-c", program, "mcast:3"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("Python runs");
-        let said = BufReader::new(child.stdout.take().expect("piped"));
-        let mut reference = Self { child, said };
-        assert_eq!(reference.line(), "there", "the reference is on the bus");
-        reference
-    }
-
-    /// Gives it a line.
-    fn go_on(&mut self) {
-        self.child.stdin.take().expect("piped").write_all(b"go on\n").expect("it reads");
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.said.read_line(&mut line).expect("text");
-        line.trim().to_owned()
-    }
-}
-
-impl Drop for Reference {
-    fn drop(&mut self) {
-        // Its driver is a process of its own, which ends when it is asked to, and not when its parent is killed.
-        // SAFETY: a child of this process that was not waited for.
-        unsafe { libc::kill(self.child.id() as libc::pid_t, libc::SIGTERM) };
-        let _ = self.child.wait();
-    }
 }
 
 /// Says which nodes it sees, in which health, and what it read, once the rotors turn; on a line that it is given, it commands them.
@@ -165,7 +105,7 @@ fn a_bench_flies_on_multicast_and_the_reference_sees_it_and_is_seen() {
             let mut emulator = bench.start(&["emulate", "--can", "mcast:3", "--json"]);
             let mut bridge = bench.start(&["bridge", "--json"]);
             let mut control = bench.start(&["control", "--json"]);
-            let mut reference = Reference::start(READS_ALONG);
+            let mut reference = Reference::start(READS_ALONG, &["mcast:3"]);
             let mut watcher = bench.watch();
             bench.arm_and_wait(&mut watcher);
             let seen = reference.line();

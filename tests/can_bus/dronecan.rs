@@ -4,7 +4,7 @@
 //! `ROTORBENCH_SOAK_S` makes the run that long, and adds one at 200 Hz; as in `three_processes`.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use rotorbench::bench::BenchConfig;
@@ -14,6 +14,7 @@ use rotorbench::emulate::Impulse;
 use rotorbench::guard::{Cause, State};
 
 use crate::bus::{Bus, run as run_program};
+use crate::processes::reference::python;
 use crate::processes::{TestBench, late, say, up_to_six_times};
 
 /// What the reference sees until it is asked to end: each node's health, mode and name; transfers by type; what arming said; the
@@ -60,13 +61,6 @@ impl Drop for Reader {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
-}
-
-/// Python with the reference implementation; `tools/witnesses` installs it.
-pub fn python() -> PathBuf {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/dronecan-venv/bin/python");
-    assert!(path.exists(), "{} is there after tools/witnesses", path.display());
-    path
 }
 
 /// The bench of `examples/benches/dronecan.toml` on a bus of the test's own.

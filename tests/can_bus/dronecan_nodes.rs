@@ -1,7 +1,6 @@
 //! Parameters of nodes and node ids that are given, on a real bus, beside DroneCAN's reference implementation in Python.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::Output;
 use std::time::Duration;
 
 use rotorbench::can::dronecan::NodeId;
@@ -9,67 +8,15 @@ use rotorbench::guard::{Cause, OperatorAct, State};
 use rotorbench::runtime::operator;
 
 use crate::bus::Bus;
-use crate::dronecan::{bench, python};
+use crate::dronecan::bench;
+use crate::processes::reference::{Reference, asked, text};
 use crate::processes::{Patience, TestBench, say, up_to_six_times};
-
-/// A Python program on the bus that says a line now and then.
-struct Reference {
-    child: Child,
-    said: BufReader<ChildStdout>,
-}
-
-impl Reference {
-    /// Starts it and waits until it has said that it is there.
-    fn start(program: &str, arguments: &[&str]) -> Self {
-        let mut child = Command::new(python())
-            .args(["-c", program])
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("Python runs");
-        let said = BufReader::new(child.stdout.take().expect("piped"));
-        let mut reference = Self { child, said };
-        assert_eq!(reference.line(), "there", "the reference is on the bus");
-        reference
-    }
-
-    /// The next line that it says.
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.said.read_line(&mut line).expect("text");
-        line.trim().to_owned()
-    }
-}
-
-impl Drop for Reference {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn text(output: &Output) -> String {
-    let [out, error] = [&output.stdout, &output.stderr].map(|it| String::from_utf8_lossy(it).into_owned());
-    out + &error
-}
 
 /// Cells of the table's line that begins with `name`.
 fn cells(output: &Output, name: &str) -> Vec<String> {
     let text = text(output);
     let mut lines = text.lines().map(|line| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
     lines.find(|cells| cells.first().is_some_and(|it| it == name)).unwrap_or_else(|| panic!("{text}"))
-}
-
-/// `rotorbench dronecan ...`, again until the node answers: the emulator may not be there yet.
-fn asked(bench: &TestBench, arguments: &[&str]) -> Output {
-    let command: Vec<&str> = ["dronecan"].iter().chain(arguments).copied().collect();
-    let mut patience = Patience::seconds(30);
-    loop {
-        let output = bench.run(&command);
-        if output.status.code() != Some(1) || !patience.lasts() {
-            return output;
-        }
-    }
 }
 
 /// Reads a parameter of a node, sets it, and reads it again.

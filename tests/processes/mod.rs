@@ -1,5 +1,7 @@
 //! A bench of real processes: started, armed, hurt, and watched from outside.
 
+pub mod reference;
+
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
