@@ -26,6 +26,8 @@ pub(super) struct Live {
     config: BenchConfig,
     file: Option<PathBuf>,
     heard: Mutex<Heard>,
+    /// The clock of all moments, whoever listened to them.
+    began: Instant,
 }
 
 #[derive(Debug, Default)]
@@ -53,7 +55,7 @@ fn columns() -> Vec<(&'static str, &'static str)> {
 
 impl Live {
     pub fn new(config: BenchConfig, file: Option<PathBuf>) -> Arc<Self> {
-        Arc::new(Self { config, file, heard: Mutex::default() })
+        Arc::new(Self { config, file, heard: Mutex::default(), began: Instant::now() })
     }
 
     /// The bench, and the file that says it.
@@ -115,12 +117,17 @@ impl Live {
         let mut heard = self.heard();
         let patience = Duration::from_secs(THRESHOLDS.live_asked_within_s);
         heard.is_listening = heard.asked.is_some_and(|asked| asked.elapsed() < patience);
+        if !heard.is_listening {
+            // Who looks again is not told the past as the present.
+            heard.now = Value::Null;
+        }
         heard.is_listening
     }
 
     fn listen(&self) {
-        let began = Instant::now();
         let mut view = None;
+        // Nothing is known of the time without a listener: no curve leads across it.
+        self.heard().keep(self.began.elapsed().as_secs_f64(), vec![None; columns().len()]);
         while self.is_wanted() {
             let Some(joined) = &mut view else {
                 match View::join(&self.config) {
@@ -133,7 +140,7 @@ impl Live {
                 continue;
             };
             joined.listen();
-            self.keep(joined, began.elapsed().as_secs_f64());
+            self.keep(joined, self.began.elapsed().as_secs_f64());
             thread::sleep(Duration::from_millis(THRESHOLDS.live_period_ms));
         }
     }
@@ -167,11 +174,47 @@ impl Live {
         let state = view.state().to_string();
         heard.now = json!({ "is_running": is_running, "state": state, "processes": processes });
         heard.events = view.said.iter().map(guard::event).collect();
-        heard.count += 1;
-        let number = heard.count;
-        heard.moments.push_back((number, at_s, values));
-        while heard.moments.front().is_some_and(|(_, at, _)| at_s - at > THRESHOLDS.live_s) {
-            heard.moments.pop_front();
+        heard.keep(at_s, values);
+    }
+}
+
+impl Heard {
+    /// Keeps a moment, and those of the last minute.
+    fn keep(&mut self, at_s: f64, values: Vec<Option<f32>>) {
+        self.count += 1;
+        self.moments.push_back((self.count, at_s, values));
+        while self.moments.front().is_some_and(|(_, at, _)| at_s - at > THRESHOLDS.live_s) {
+            self.moments.pop_front();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever looks again, after nobody did, sees the last minute: its times rise, and an empty moment stands where nobody listened.
+    #[test]
+    fn moments_of_two_listeners_are_of_one_clock() {
+        let live =
+            Live::new(BenchConfig { name: "nobody-flies-it".to_owned(), ..BenchConfig::default() }, None);
+        let values = || vec![Some(1.0); columns().len()];
+        live.heard().keep(-2.0 * THRESHOLDS.live_s, values());
+        for _ in 0..2 {
+            live.heard().keep(live.began.elapsed().as_secs_f64(), values());
+            let before = live.heard().count;
+            live.look(0);
+            while live.heard().count == before {
+                thread::sleep(Duration::from_millis(1));
+            }
+            live.end();
+        }
+        let heard = live.heard();
+        assert!(heard.moments.iter().is_sorted_by(|a, b| a.1 <= b.1), "{:?}", heard.moments);
+        let mut known: Vec<bool> = heard.moments.iter().map(|(.., values)| values[0].is_some()).collect();
+        // A bench that nobody flies adds empty ones.
+        known.dedup();
+        assert_eq!(known, [true, false, true, false], "and what is older than a minute has gone");
+        assert!(heard.now.is_null());
     }
 }

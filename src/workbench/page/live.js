@@ -51,6 +51,9 @@ function rangeOf(y) {
   return { samples: known.length, mean: mean(it => it), rms: Math.sqrt(mean(it => it * it)), least: Math.min(...known), greatest: Math.max(...known) };
 }
 
+// Where nothing is known: no curve leads across it.
+const unknown = y => y.flatMap((value, slot) => (value === null ? [slot] : []));
+
 async function look() {
   try {
     const answer = await get("api/live", { since });
@@ -69,7 +72,7 @@ async function look() {
     fill(foot, answer.events.length && [element("h3", {}, "The guard, newest first"), element("ul", {}, answer.events.map(it => element("li", {}, it)))]);
     const x = moments.map(([at]) => at - end);
     for (const { own, chart } of charts) {
-      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]), gaps: [] })).map(it => ({ ...it, range: rangeOf(it.y) }));
+      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]) })).map(it => ({ ...it, gaps: unknown(it.y), range: rangeOf(it.y) }));
       if (x.length > 1) chart.draw({ x, curves, bands: [], levels: [], from: -answer.kept_s, to: 0 });
     }
   } catch {
@@ -92,5 +95,6 @@ export function build(at) {
     // What was drawn while hidden had no width.
     dispatchEvent(new Event("resize"));
   }, { "aria-pressed": "false", title: "the running bench" });
+  addEventListener("resize", () => charts.forEach(({ chart }) => chart.resize()));
   at("save").before(toggle);
 }
