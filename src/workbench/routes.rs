@@ -18,6 +18,7 @@ use axum::routing::{get, post};
 use futures_util::{StreamExt as _, stream};
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tokio::sync::watch;
 
 use super::act::Act;
 use super::against::{AgainstQuery, AgainstTask};
@@ -34,6 +35,9 @@ use crate::report::findings::explained;
 /// Scripts, styles and pictures of this server alone, nothing inline, in no other page's frame.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// How often the time of a search is said.
+const SECOND: Duration = Duration::from_secs(1);
 
 type Shared = State<Arc<Engine>>;
 
@@ -92,14 +96,28 @@ async fn events(State(engine): Shared) -> Answer {
     let heard = engine.listen();
     let messages = stream::unfold((heard, engine, true), |(mut heard, engine, is_first)| async move {
         if !is_first {
-            heard.changed().await.ok()?;
-            tokio::time::sleep(Duration::from_millis(THRESHOLDS.message_period_ms)).await;
-            heard.borrow_and_update();
+            changed(&mut heard, &engine).await?;
         }
         let text = json!(view::Tick::of(&engine.desk())).to_string();
         Some((Ok::<_, Infallible>(Event::default().data(text)), (heard, engine, false)))
     });
     Sse::new(messages).keep_alive(KeepAlive::default()).into_response()
+}
+
+/// Waits for something to say: a change, or another second of a search, which may have nothing to say itself. `None` at the end.
+async fn changed(heard: &mut watch::Receiver<u64>, engine: &Engine) -> Option<()> {
+    loop {
+        match tokio::time::timeout(SECOND, heard.changed()).await {
+            Ok(changed) => {
+                changed.ok()?;
+                tokio::time::sleep(Duration::from_millis(THRESHOLDS.message_period_ms)).await;
+                heard.borrow_and_update();
+                return Some(());
+            }
+            Err(_) if engine.desk().is_searching() => return Some(()),
+            Err(_) => {}
+        }
+    }
 }
 
 async fn act(State(engine): Shared, body: Bytes) -> Answer {

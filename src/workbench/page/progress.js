@@ -18,7 +18,7 @@ function tried(search) {
 function state(search) {
   const seconds = search.seconds.toFixed(1) + " s";
   const leading = search.leading.length ? `, leading: ${search.leading.join(" + ")}` : "";
-  const said = `${KINDS[search.kind]}: ${search.kind === "identify" ? "" : `${search.fitted} fitted${leading}, `}${seconds}`;
+  const said = `${KINDS[search.kind]}: ${search.fitted ? `${search.fitted} fitted${leading}, ` : ""}${seconds}`;
   switch (search.state) {
     case "running": return [
       element("progress", { "aria-label": "search" }), element("p", { id: "progress" }, said), button("Cancel", () => act("cancel")), element("div", {}, tried(search))];
