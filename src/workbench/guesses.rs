@@ -70,7 +70,9 @@ pub(super) fn ask_again(desk: &mut Desk, id: u64) -> Result<(), ActError> {
         return Err(ActError::NotAsked(log.typed.clone()));
     }
     log.content = if log.guess.is_some() { LogContent::Guessed } else { LogContent::Opening };
-    log.compared = None;
+    (log.compared, log.again) = (None, false);
+    // What is read just now by the mapping that is taken away would come as if nobody had asked.
+    desk.leave_log(id);
     desk.look_anew();
     Ok(())
 }
@@ -85,9 +87,10 @@ fn fresh_name(desk: &Desk, log: &str) -> String {
     let stem = Path::new(log).file_stem().map(|stem| plain(&stem.to_string_lossy())).unwrap_or_default();
     let names =
         std::iter::once(format!("{stem}.toml")).chain((2..).map(|number| format!("{stem}-{number}.toml")));
-    // A name that a command had stays with what it wrote.
+    // A name that a command had stays with what it wrote, and one that a file has with that file.
     let is_free = |name: &String| {
-        !desk.done.iter().any(|it| it.contains(&format!("--write-mapping {name}")))
+        !Path::new(name).exists()
+            && !desk.done.iter().any(|it| it.contains(&format!("--write-mapping {name}")))
             && desk.models.iter().all(|model| model.typed() != *name)
     };
     let mut names = names.filter(is_free);
@@ -147,4 +150,16 @@ fn offered(guess: &GuessedLog) -> Vec<String> {
         }
     };
     LOG_SIGNALS.iter().flat_map(|known| of(known.name)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tests run in the project's folder, which has a `Cargo.toml`.
+    #[test]
+    fn a_mapping_is_not_named_as_a_file_that_is_there() {
+        assert_eq!(fresh_name(&Desk::new(), "stand.csv"), "stand.toml");
+        assert_eq!(fresh_name(&Desk::new(), "Cargo.csv"), "Cargo-2.toml");
+    }
 }
