@@ -114,6 +114,18 @@ function isFarOff() {
 
 const names = role => desk.logs.filter(it => it.role === role).map(it => lastPart(it.name)).join(", ");
 
+// Why nothing can be asked yet.
+function why() {
+  const fitted = desk.logs.filter(it => it.role !== "look");
+  const of = state => fitted.filter(it => it.state === state).map(it => lastPart(it.name)).join(", ");
+  const bad = text => element("p", { class: "bad" }, text);
+  if (of("guessed")) return bad("Confirm first what the columns of the logs mean.");
+  if (of("failed")) return bad(`${of("failed")} could not be read: choose "look" for it, or close it.`);
+  if (of("parts")) return bad(`${of("parts")} holds several logs: open one of them, or close it.`);
+  if (of("opening")) return element("p", { class: "soft" }, `${of("opening")} is being read.`);
+  return !fitted.some(it => it.role === "fit") && element("p", { class: "soft" }, 'Choose "fit" for at least one log.');
+}
+
 function draw() {
   const model = desk.models.find(it => it.id === desk.chosen);
   const held = names("held_out");
@@ -121,7 +133,7 @@ function draw() {
     element("p", { class: "soft" }, `Model ${model?.name}, fitted on ${names("fit") || "no log"}${held ? ", held out " + held : ""}.`),
     isFarOff() && ready() && element("p", { class: "bad" }, "The rotors are further off this model than their rates vary. If it is another bench's, begin with ", identify()),
     idle("What is missing?", () => act("diagnose"), { class: "primary", disabled: !ready(), id: "ask-button" }),
-    desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."));
+    why());
   fill(body, desk.answered && answered(desk.answered),
     desk.by_hand.diagnose && element("details", { "data-key": "ask by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.diagnose)));
 }

@@ -25,6 +25,7 @@ export async function choose(title, open, more) {
       element("h2", { id: "files-title" }, title),
       element("p", { class: "soft" }, listing.folder || "Folders that were named when the workbench was opened:"),
       more,
+      element("p", { class: "soft" }, "Another folder: end the workbench, and name it: rotorbench workbench FOLDER or FILE"),
       element("div", { class: "files" }, up,
         listing.folders.map(path => button(name(path) + "/", () => go(path))),
         listing.files.map(file => button(`${name(file.path)}  (${size(file.bytes)})`, () => pick(file.path), { "data-path": file.path }))),

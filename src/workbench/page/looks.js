@@ -20,5 +20,3 @@ export function nameOf(curve, index) {
   const { label } = lookOf(curve, index);
   return { error: "error of " + label, modelled: label }[curve.kind] || label;
 }
-
-// Each model's error of a block, beside what noise alone would leave.
