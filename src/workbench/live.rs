@@ -118,7 +118,7 @@ impl Live {
         let patience = Duration::from_secs(THRESHOLDS.live_asked_within_s);
         heard.is_listening = heard.asked.is_some_and(|asked| asked.elapsed() < patience);
         if !heard.is_listening {
-            // Who looks again is not told the past as the present.
+            // Who looks again is not shown the past as the present.
             heard.now = Value::Null;
         }
         heard.is_listening
