@@ -1,6 +1,7 @@
 //! Benches on UDP multicast, which need no CAN: beside DroneCAN's reference implementation in Python, in a network of the test's
 //! own, which reaches nothing.
 
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::Path;
 use std::process::Command;
@@ -120,7 +121,8 @@ fn a_bench_flies_on_multicast_and_the_reference_sees_it_and_is_seen() {
             }
             assert!(seen.ends_with(" 255"), "what ArmingStatus said: {seen}");
             say(&format!("the reference on multicast sees {seen}"));
-            reference.go_on();
+            let mut stdin = reference.child.stdin.take().expect("piped");
+            stdin.write_all(b"go on\n").expect("it reads");
             let latched = watcher.until("a latch", |it| it.state == State::FailsafeLatched as u32);
             let cause = Cause::from_code(latched.cause).unwrap_or_default();
             if cause != Cause::ForeignCommand {

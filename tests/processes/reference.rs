@@ -1,6 +1,6 @@
 //! DroneCAN's reference implementation in Python, a node of its own beside a bench.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 
@@ -8,7 +8,7 @@ use super::{Patience, TestBench};
 
 /// A Python program on the bus that says a line now and then.
 pub struct Reference {
-    child: Child,
+    pub child: Child,
     said: BufReader<ChildStdout>,
 }
 
@@ -26,11 +26,6 @@ impl Reference {
         let mut reference = Self { child, said };
         assert_eq!(reference.line(), "there", "the reference is on the bus");
         reference
-    }
-
-    /// Gives it a line, its only one.
-    pub fn go_on(&mut self) {
-        self.child.stdin.take().expect("piped").write_all(b"go on\n").expect("it reads");
     }
 
     /// The next line that it says.
