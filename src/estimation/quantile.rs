@@ -1,5 +1,7 @@
 //! Order statistics.
 
+use crate::cancel;
+
 /// The median of the size of a normal variable, over its standard deviation.
 pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 
@@ -7,6 +9,7 @@ pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 /// `None` of none.
 #[must_use]
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    cancel::check();
     let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
     let last = values.len().checked_sub(1)?;
     let rank = (share * values.len() as f64) as usize;
@@ -19,6 +22,7 @@ pub fn quantiles<const N: usize>(
     values: impl IntoIterator<Item = f64>,
     shares: [f64; N],
 ) -> Option<[f64; N]> {
+    cancel::check();
     let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
     let (count, last) = (values.len() as f64, values.len().checked_sub(1)?);
     Some(shares.map(|share| {
@@ -30,6 +34,7 @@ pub fn quantiles<const N: usize>(
 /// The values in ascending order.
 #[must_use]
 pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    cancel::check();
     let mut values: Vec<f64> = values.into_iter().collect();
     // Equal numbers are the same: their order does not show.
     values.sort_unstable_by(f64::total_cmp);

@@ -8,6 +8,7 @@ use super::kalman_smoother::{
 };
 use super::noise_floor::SensorNoise;
 use super::thresholds::THRESHOLDS;
+use crate::cancel;
 
 /// The level under noisy values: a random walk, its step chosen by likelihood. Not-a-number = missing. With it an example of
 /// the noise that the level still carries: `noise` of the same size and memory, smoothed in the same way.
@@ -33,6 +34,7 @@ pub fn copy_missing(example: &mut [f64], values: &[f64]) {
 
 /// An example of a noise, the same each time.
 fn example(count: usize, noise: &SensorNoise) -> Vec<f64> {
+    cancel::check();
     let mut values = white(count, noise.rms);
     let new = (1.0 - noise.memory * noise.memory).sqrt();
     for row in 1..count {

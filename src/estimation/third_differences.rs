@@ -1,6 +1,7 @@
 //! Third differences of neighbouring samples: they forget what moves like a parabola, and leave white noise.
 
 use super::thresholds::THRESHOLDS;
+use crate::cancel;
 
 /// Sum of squares of the third difference's weights 1, -3, 3, -1: its variance over that of white noise.
 pub(crate) const THIRD_DIFFERENCE: f64 = 20.0;
@@ -12,6 +13,7 @@ pub(crate) fn third_differences<'a>(
     is_there: impl Fn(&f64) -> bool,
     stride: usize,
 ) -> Vec<f64> {
+    cancel::check();
     let length: usize = pieces.clone().map(<[f64]>::len).sum();
     let share = if stride > 1 { length / THRESHOLDS.enough_differences + 1 } else { 1 };
     let four = |from: &[f64]| [from[0], from[stride], from[2 * stride], from[3 * stride]];

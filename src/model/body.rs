@@ -1,6 +1,7 @@
 //! Free run of the body: from the actuators' torque to rate and angle.
 
 use super::equations::Equations;
+use crate::cancel;
 use crate::cells::Cells;
 use crate::effect::Point;
 
@@ -99,6 +100,7 @@ impl Equations {
     /// of the bare torque, `slopes` [N m/s] how it rises within each interval.
     #[must_use]
     pub fn torque_means(&self, time: &[f64], means: &[f64], slopes: &[f64]) -> Vec<f64> {
+        cancel::check();
         let mut means = delayed_means(time, means, slopes, self.actuator_delay);
         // How it rises within an interval matters to a law that is faster than the samples. Behind a delay it rises elsewhere.
         let mut is_rising = self.actuator_delay == 0.0;
@@ -137,6 +139,7 @@ impl Equations {
         let at = |values: &[f64], row: usize| values.get(row).copied().unwrap_or(0.0);
         for hook in &self.remembered_torque {
             let Some(memory) = hook.memory() else { continue };
+            cancel::check();
             let mut state = None;
             let mut added = Vec::with_capacity(input.time.len());
             let mut point = self.constants;

@@ -3,12 +3,15 @@
 use super::equations::Equations;
 use super::rotor_trace::{MOST_STATES, RotorInput, RotorStart, RotorTrace};
 use super::runge_kutta::{runge_kutta, step_weights};
+use crate::cancel;
 use crate::effect::{Point, step_response};
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
 /// [s] a state that reaches its steady state within a step this short needs no finer one.
 const SHORTEST_STEP: f64 = 2.5e-3;
+/// Rows between two looks at whether the work is still wanted: it costs nothing beside so many.
+const CHECKED: usize = 4096;
 /// Spans that differ by less than this share are the same: times are written with few digits.
 const SAME_SPAN: f64 = 1e-9;
 
@@ -76,6 +79,9 @@ impl Equations {
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         let wants_squares = trace.mean_square.is_some();
         for row in 0..input.time.len() {
+            if row.is_multiple_of(CHECKED) {
+                cancel::check();
+            }
             trace.rate.push(state.rate);
             if sensor_looks {
                 delayed = self.in_force(input, delayed, input.time.get(row).copied());
@@ -199,6 +205,7 @@ impl Equations {
         let (voltage, step) = input.voltage.map_or((full, 0), |voltage| (voltage, 1));
         let (mut rate, mut known) = (start, (f64::NAN, 0.0));
         let spans = input.time.windows(2).zip(input.command).enumerate();
+        cancel::check();
         for (row, (times, command)) in spans {
             trace.rate.push(rate);
             let Some(voltage) = voltage.get(row * step) else { return };
