@@ -5,6 +5,8 @@ use std::ops::Range;
 use wide::f64x4;
 
 use super::moments::mean;
+use crate::cancel;
+use crate::threads::spread;
 
 /// The slope of the straight line through `values` over `time` by least squares [unit/s], and the sum of squares of time about
 /// its mean [s²]: one over it is the slope's variance under white noise of size one.
@@ -31,15 +33,25 @@ pub fn beside_a_line(values: &[f64]) -> f64 {
 /// [unit/s] slope at each sample, by straight lines through `half` samples to both sides.
 #[must_use]
 pub fn centred_slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
-    let mut slopes = Vec::with_capacity(values.len());
-    while slopes.len() < values.len() {
-        let row = slopes.len();
+    /// Samples of a piece of work: some milliseconds.
+    const PIECE: usize = 1 << 16;
+    let pieces: Vec<Range<usize>> =
+        (0..values.len()).step_by(PIECE).map(|from| from..(from + PIECE).min(values.len())).collect();
+    spread(&pieces, |piece| slopes_in(time, values, piece, half)).concat()
+}
+
+/// The same of a piece of the samples.
+fn slopes_in(time: &[f64], values: &[f64], piece: &Range<usize>, half: usize) -> Vec<f64> {
+    let mut slopes = Vec::with_capacity(piece.len() + 3);
+    while slopes.len() < piece.len() {
+        let row = piece.start + slopes.len();
         let window = row.saturating_sub(half)..row + half + 1;
         match side_by_side(time, values, window, half) {
             Some(four) => slopes.extend(four),
             None => slopes.push(centred_slope(time, values, row, half)),
         }
     }
+    slopes.truncate(piece.len());
     slopes
 }
 
@@ -59,17 +71,19 @@ fn side_by_side(time: &[f64], values: &[f64], window: Range<usize>, half: usize)
     if window.len() < rows {
         return None;
     }
-    let four = |of: &[f64], at: usize| f64x4::from([of[at], of[at + 1], of[at + 2], of[at + 3]]);
+    let four = |four: &[f64]| f64x4::from([four[0], four[1], four[2], four[3]]);
+    // As many as there are rows.
+    let fours = || time.windows(4).zip(values.windows(4));
     let (mut middle, mut level) = (f64x4::splat(-0.0), f64x4::splat(-0.0));
-    for at in 0..rows {
-        middle += four(time, at);
-        level += four(values, at);
+    for (time, values) in fours() {
+        middle += four(time);
+        level += four(values);
     }
     let count = f64x4::splat(rows as f64);
     let (middle, level) = (middle / count, level / count);
     let (mut up, mut spread) = (f64x4::splat(0.0), f64x4::splat(f64::MIN_POSITIVE));
-    for at in 0..rows {
-        let (time, value) = (four(time, at) - middle, four(values, at) - level);
+    for (time, values) in fours() {
+        let (time, value) = (four(time) - middle, four(values) - level);
         up += time * value;
         spread += time * time;
     }
@@ -90,6 +104,7 @@ pub fn centred_slopes_within(time: &[f64], values: &[f64], pieces: &[Range<usize
 /// [unit/s] how a signal rises within the interval after each sample; zero behind the last.
 #[must_use]
 pub fn forward_slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
+    cancel::check();
     let pairs = time.windows(2).zip(values.windows(2));
     pairs.map(|(time, value)| (value[1] - value[0]) / (time[1] - time[0])).chain([0.0]).collect()
 }

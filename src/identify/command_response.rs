@@ -13,6 +13,7 @@ use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::suspicion::{Stops, Suspicion};
 use crate::signal::Sensor;
+use crate::threads::spread;
 
 /// Milliseconds and microseconds in a second, and a factor that says about as much.
 const TIMES: [f64; 2] = [1e3, 1e6];
@@ -30,9 +31,8 @@ pub(crate) struct CommandResponses<'a> {
 impl<'a> CommandResponses<'a> {
     /// Fits each; `full_voltage` [V].
     pub fn fit(rotors: &'a [RotorLog], full_voltage: f64) -> Self {
-        let excited: Vec<Option<RotorLog>> = rotors.iter().map(excited_part).collect();
-        let own =
-            excited.iter().map(|part| part.as_ref().and_then(|part| follows(part, full_voltage))).collect();
+        let excited: Vec<Option<RotorLog>> = spread(rotors, excited_part);
+        let own = spread(&excited, |part| part.as_ref().and_then(|part| follows(part, full_voltage)));
         let pairs = (1..rotors.len())
             .filter(|at| are_of_one_log(&rotors[at - 1], &rotors[*at]))
             .map(|at| (at - 1, at))

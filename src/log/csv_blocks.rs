@@ -14,12 +14,26 @@ const BLOCK: usize = 4 << 20;
 /// The columns of a text behind its header, of which there are `columns`; the cells of column `time` may not be empty. `None`
 /// where it is not plain.
 pub(super) fn columns(body: &[u8], columns: usize, time: usize) -> Option<Vec<Vec<f64>>> {
+    let mut found = vec![Vec::new(); columns];
+    append(body, &mut found, time)?;
+    Some(found)
+}
+
+/// The same, behind what the columns hold already; where it is not plain, what is behind that means nothing.
+pub(super) fn append(body: &[u8], columns: &mut [Vec<f64>], time: usize) -> Option<()> {
     let blocks = blocks(body);
     let rows: Option<Vec<usize>> = spread(&blocks, |block| rows(block)).into_iter().collect();
     let rows = rows?;
-    let mut found = vec![vec![0.0; rows.iter().sum()]; columns];
+    let fresh: usize = rows.iter().sum();
     // Each block gets its own rows of every column.
-    let mut left: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
+    let with_rows = |column: &mut Vec<f64>| {
+        let held = column.len();
+        column.resize(held + fresh, 0.0);
+        held
+    };
+    let held: Vec<usize> = columns.iter_mut().map(with_rows).collect();
+    let mut left: Vec<&mut [f64]> =
+        columns.iter_mut().zip(held).filter_map(|(column, held)| column.get_mut(held..)).collect();
     let mut parts = Vec::with_capacity(blocks.len());
     for (block, rows) in blocks.iter().zip(&rows) {
         let cut = left.into_iter().filter_map(|column| column.split_at_mut_checked(*rows));
@@ -28,8 +42,7 @@ pub(super) fn columns(body: &[u8], columns: usize, time: usize) -> Option<Vec<Ve
         parts.push((*block, part));
     }
     let done = spread_out(parts, |(block, mut part)| fill(block, &mut part, time));
-    done.into_iter().collect::<Option<()>>()?;
-    Some(found)
+    done.into_iter().collect()
 }
 
 /// Whole lines, some megabytes each.

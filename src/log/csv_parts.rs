@@ -35,42 +35,53 @@ pub(super) fn read(path: &Path) -> Option<Parts> {
 }
 
 /// Reads `length` bytes or more, `part` of them at a time.
-fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Option<Parts>> {
+fn in_parts(mut input: impl io::Read + Send, length: u64, part: usize) -> io::Result<Option<Parts>> {
     let all = NonZeroUsize::new(most());
     let mut hash = Sha256::new();
     let mut found: Option<(CsvHeader, Vec<Vec<f64>>)> = None;
-    // Bytes of a line that goes on in the next part.
-    let mut text: Vec<u8> = Vec::new();
+    // A part, and the next one, which is read meanwhile; the first `carried` bytes are of a line that begins in the part before.
+    let (mut text, mut next) = (Vec::new(), Vec::new());
+    let mut carried = 0;
+    let mut fresh = input.by_ref().take(part as u64).read_to_end(&mut text)?;
     loop {
-        let carried = text.len();
-        let fresh = input.by_ref().take(part as u64).read_to_end(&mut text)?;
         // The last line may have no end; any other part goes up to the end of one.
         let end =
             if fresh == 0 { text.len() } else { memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1) };
-        let (header, start) = match &found {
-            Some((header, _)) => (header.clone(), 0),
+        let start = match &found {
+            Some(_) => 0,
             // A header longer than a part is none.
             None if end == 0 => return Ok(None),
-            None => match CsvHeader::of_plain(&text[..end]) {
-                Some(header) => header,
-                None => return Ok(None),
-            },
+            None => {
+                let Some((header, start)) = CsvHeader::of_plain(&text[..end]) else { return Ok(None) };
+                let columns = vec![Vec::new(); header.names.len()];
+                found = Some((header, columns));
+                start
+            }
+        };
+        let Some((header, columns)) = &mut found else { return Ok(None) };
+        let is_first = start > 0;
+        next.clear();
+        next.extend_from_slice(text.get(end..).unwrap_or_default());
+        let behind = next.len();
+        let hash_and_read = || {
+            hash.update(&text[carried..]);
+            if fresh == 0 { Ok(0) } else { input.by_ref().take(part as u64).read_to_end(&mut next) }
         };
         let body = text.get(start..end).unwrap_or_default();
-        // The hash is soon made: all threads read.
-        let columns = || limited(all, || csv_blocks::columns(body, header.names.len(), header.time_at));
-        let ((), columns) = both(|| hash.update(&text[carried..]), columns);
-        let Some(columns) = columns else { return Ok(None) };
-        match &mut found {
-            None => found = Some((header, with_room(columns, length, end))),
-            Some((_, all)) => {
-                all.iter_mut().zip(&columns).for_each(|(all, part)| all.extend_from_slice(part))
-            }
+        // That is soon done: all threads take numbers in.
+        let (read, taken) =
+            both(hash_and_read, || limited(all, || csv_blocks::append(body, columns, header.time_at)));
+        if taken.is_none() {
+            return Ok(None);
+        }
+        if is_first {
+            make_room(columns, length, end);
         }
         if fresh == 0 {
             break;
         }
-        text.drain(..end);
+        (fresh, carried) = (read?, behind);
+        std::mem::swap(&mut text, &mut next);
     }
     Ok(found.map(|(header, mut columns)| {
         columns.iter_mut().for_each(Vec::shrink_to_fit);
@@ -78,12 +89,11 @@ fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Op
     }))
 }
 
-/// Columns with room for as many rows as `length` bytes hold, if all are like the first `read`.
-fn with_room(mut columns: Vec<Vec<f64>>, length: u64, read: usize) -> Vec<Vec<f64>> {
+/// Makes room in columns for as many rows as `length` bytes hold, if all are like the first `read`.
+fn make_room(columns: &mut [Vec<f64>], length: u64, read: usize) {
     // A little more, since rows are not all of one length; what is not written to takes no memory.
     let times = 1.05 * length as f64 / read.max(1) as f64;
     columns.iter_mut().for_each(|column| column.reserve((times * column.len() as f64) as usize));
-    columns
 }
 
 #[cfg(test)]

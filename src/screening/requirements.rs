@@ -10,6 +10,7 @@ use crate::log::Dataset;
 use crate::log::signals::rotor_of;
 use crate::model::Model;
 use crate::signal::columns;
+use crate::threads::spread;
 
 /// What can hardly be what its name says in these logs, beside this model of their bench: of their columns, their bodies and these
 /// rotors. What asks for a fit is not among it.
@@ -18,7 +19,8 @@ pub(crate) fn suspicions(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) 
     for log in logs {
         // A rotor that stood has nothing to say.
         let turning = log.rotors().filter(|it| it.turns() && rotors.contains(&it.number()));
-        found.extend(turning.flat_map(|rotor| beside_model(rotor, model)));
+        let turning: Vec<&ScreenedRotor> = turning.collect();
+        found.extend(spread(&turning, |rotor| beside_model(rotor, model)).into_iter().flatten());
         found.extend(log.suspicions(rotors));
     }
     found

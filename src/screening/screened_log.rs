@@ -18,10 +18,10 @@ use super::screened_thrust::ScreenedThrust;
 use super::suspicion::Suspicion;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
-use crate::log::signals::MOST_ROTORS;
+use crate::log::signals::{MOST_ROTORS, rotor_of};
 use crate::signal::ROTORS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
-use crate::threads::spread;
+use crate::threads::{both, spread};
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
 ///
@@ -108,7 +108,13 @@ impl ScreenedChannel {
 impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
-        let channels = spread(&names, |name| ScreenedChannel::of(&raw, name)).into_iter().flatten().collect();
+        // Those of rotors take longest, beside their commands: they come first, and the others fill the gap behind them.
+        let mut order: Vec<usize> = (0..names.len()).collect();
+        order.sort_by_key(|at| rotor_of(names[*at]).is_none());
+        let of = |at: &usize| Some((*at, ScreenedChannel::of(&raw, names[*at])?));
+        let mut channels: Vec<_> = spread(&order, of).into_iter().flatten().collect();
+        channels.sort_by_key(|(at, _)| *at);
+        let channels = channels.into_iter().map(|(_, channel)| channel).collect();
         let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
         Self(Arc::new(Judged::of(raw, channels, of_columns, &[], |battery| {
             checks::BATTERY.iter().find_map(|check| check(battery))
@@ -145,12 +151,16 @@ impl Judged {
             let rotor = rotors.iter().find(|rotor| rotor.number() == number);
             ScreenedThrust::of(log, number, rotor)
         };
-        let thrusts = (1..=MOST_ROTORS).filter_map(thrust).collect();
-        let body = ScreenedBody::of(log, &rotors);
-        let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
-        let units = units(log, &rotors);
-        let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
-        let of_battery = judge(&CheckedBattery { log, turning: turning.collect() });
+        let of_body = || {
+            let thrusts = (1..=MOST_ROTORS).filter_map(thrust).collect();
+            let body = ScreenedBody::of(log, &rotors);
+            let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
+            (thrusts, body, chain)
+        };
+        let ((thrusts, body, chain), (units, of_battery)) = both(of_body, || {
+            let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
+            (units(log, &rotors), judge(&CheckedBattery { log, turning: turning.collect() }))
+        });
         let slopes =
             body.as_ref().filter(|it| it.has(RATE_OF_ANGLE)).and_then(|_| rate_of_angle::slopes(log));
         rate_of_angle::put(slopes, &raw, &mut cleaned);

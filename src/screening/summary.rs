@@ -134,7 +134,9 @@ impl LogSummary {
             holes: holes(log),
             standstill_starts_s: sorted(screened.rotors().flat_map(ScreenedRotor::starts)),
             channels: channels.into_iter().flatten().collect(),
-            rotors: screened.rotors().map(|rotor| RotorSummary::of(rotor, log.len())).collect(),
+            rotors: spread(&screened.rotors().collect::<Vec<_>>(), |rotor| {
+                RotorSummary::of(rotor, log.len())
+            }),
             thrusts: RotorSummary::of_thrusts(screened),
             body: BodySummary::of(screened),
             findings: Vec::new(),

@@ -22,6 +22,7 @@ use crate::model::Model;
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
 use crate::signal::columns;
+use crate::threads::both;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
@@ -135,9 +136,11 @@ pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec
 /// [`SessionError::Cancelled`].
 pub fn summarize(log: &ScreenedLog, model: &Model, job: &Job) -> Result<LogSummary, SessionError> {
     job.run(|| {
-        let logs = Modelled::of(std::slice::from_ref(log), &[]).train;
-        let mut summary = LogSummary::of(log);
-        let beside = identify::mistaken_and_lacking(&logs, model).concat();
+        let beside = || {
+            let logs = Modelled::of(std::slice::from_ref(log), &[]).train;
+            identify::mistaken_and_lacking(&logs, model).concat()
+        };
+        let (mut summary, beside) = both(|| LogSummary::of(log), beside);
         let beside: Vec<_> = beside.into_iter().filter(|it| !summary.findings.contains(it)).collect();
         summary.findings.extend(beside);
         Ok::<_, SessionError>(summary)

@@ -266,8 +266,9 @@ fn beside(time: &[f64], values: &[f64], rows: &[usize]) -> (f64, (f64, f64)) {
     let [near, next] = [(SIDE - 1, SIDE + 1), (SIDE - 2, SIDE + 2)];
     let predicted = [line(near.0, near.1), line(next.0, next.1), line(next.0, near.0), line(near.1, next.1)];
     let nearest = predicted.iter().map(|value| (values[row] - value).abs()).fold(f64::INFINITY, f64::min);
-    let others: [f64; 2 * SIDE] = std::array::from_fn(|at| values[rows[at + usize::from(at >= SIDE)]]);
-    let others = sorted(others);
+    // In place: this is asked of every reading.
+    let mut others: [f64; 2 * SIDE] = std::array::from_fn(|at| values[rows[at + usize::from(at >= SIDE)]]);
+    others.sort_unstable_by(f64::total_cmp);
     // The most extreme one is at one of the ends.
     let low_end = others[SIDE] - others[0] > others[2 * SIDE - 1] - others[SIDE - 1];
     let kept = if low_end { &others[1..] } else { &others[..2 * SIDE - 1] };

@@ -32,15 +32,15 @@ pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
         return None;
     }
     let (log, values) = (channel.log, channel.left());
-    let interval = log.median_interval();
-    let stretches: Vec<Vec<Run>> =
-        log.segments().into_iter().map(|rows| runs(&values, rows)).filter(|runs| !runs.is_empty()).collect();
-    let each = || stretches.iter().flatten();
-    let cells: usize = each().map(|run| run.rows.len()).sum();
-    let equal = cells - each().count();
+    let (interval, segments) = (log.median_interval(), log.segments());
+    // Of most logs this is all: no run is made.
+    let (cells, equal) = segments.iter().map(|rows| repeated(&values[rows.clone()])).fold((0, 0), add);
     if interval >= THRESHOLDS.hold_too_slow || (equal as f64) < THRESHOLDS.hold_fewest_equal * cells as f64 {
         return None;
     }
+    let stretches: Vec<Vec<Run>> =
+        segments.into_iter().map(|rows| runs(&values, rows)).filter(|runs| !runs.is_empty()).collect();
+    let each = || stretches.iter().flatten();
     let rate = reading_rate(&in_motion(log.time(), &stretches, &Steps::of(&values)))?;
     let rows = each().flat_map(|run| behind(&run.rows, rate.stands_in[1])).collect();
     let finding = channel
@@ -50,6 +50,18 @@ pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
         .with("interval_s", rate.interval)
         .with("log_interval_s", interval);
     Some(Judgement::new(finding, rows))
+}
+
+/// How many readings there are, and how many of them equal the one before.
+fn repeated(values: &[f64]) -> (usize, usize) {
+    let mut last = f64::NAN;
+    let known = values.iter().filter(|value| value.is_finite());
+    known
+        .fold((0, 0), |sum, value| add(sum, (1, usize::from(std::mem::replace(&mut last, *value) == *value))))
+}
+
+fn add(one: (usize, usize), other: (usize, usize)) -> (usize, usize) {
+    (one.0 + other.0, one.1 + other.1)
 }
 
 /// Rows of a run that hold no reading of their own, of a telemetry that has a new one in every `most` rows at least. A run

@@ -71,6 +71,9 @@ pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated>
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let sorted = sorted(known.iter().map(|row| values[*row]));
     let piles = piles(&sorted);
+    if piles.is_empty() {
+        return None;
+    }
     let pairs: Vec<[f64; 2]> = known.windows(2).map(|pair| [values[pair[0]], values[pair[1]]]).collect();
     let stands = |clip: &Saturation| {
         let (at_end, others): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
