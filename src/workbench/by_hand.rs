@@ -116,7 +116,7 @@ fn logs(desk: &Desk) -> Vec<String> {
 fn bench_of_captures<'a>(desk: &Desk, mut logs: impl Iterator<Item = &'a DeskLog>) -> Vec<String> {
     let has_capture = logs.any(|log| log.open().is_ok_and(|open| open.is_capture));
     let file = desk.bench.iter().filter(|_| has_capture);
-    file.flat_map(|file| ["--config".to_owned(), file.clone()]).collect()
+    file.flat_map(|file| ["--config".to_owned(), file.path.display().to_string()]).collect()
 }
 
 /// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for, and so is what it

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::ActError;
 use super::bands::Bands;
+use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::{DeskMapping, Guess};
 use super::places::Stamp;
@@ -256,7 +257,9 @@ pub(super) struct Desk {
     pub discovered: Option<Discovered>,
     pub looking: Option<Looking>,
     /// The bench file by which captures are read, as one types it.
-    pub bench: Option<String>,
+    pub bench: Option<BenchFile>,
+    /// Whether it is another one than the session's.
+    pub bench_is_other: bool,
     /// The commands that do what was done, in its order.
     pub done: Vec<String>,
     /// What went wrong beside an act, newest last.
@@ -286,6 +289,7 @@ impl Desk {
             discovered: None,
             looking: None,
             bench: None,
+            bench_is_other: false,
             done: Vec::new(),
             notices: Vec::new(),
             next_id: 2,

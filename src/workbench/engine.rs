@@ -9,6 +9,7 @@ use std::thread;
 use tokio::sync::watch;
 
 use super::act::Act;
+use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{
@@ -18,7 +19,7 @@ use super::desk::{
 use super::guarded::{Ended, guarded};
 use super::lay::{file, keep, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
-use super::places::{Places, Stamp, as_typed};
+use super::places::{Places, Stamp};
 use super::reading::{FileContent, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
@@ -52,7 +53,8 @@ impl Engine {
     /// An empty desk, and the thread that reads and compares.
     pub fn start(places: Places, live: Arc<Live>) -> Result<Arc<Self>, WorkbenchError> {
         let mut desk = Desk::new();
-        desk.bench = live.bench().1.map(|file| as_typed(file).display().to_string());
+        let (bench, file) = live.bench();
+        desk.bench = file.map(|file| BenchFile::of(bench, file));
         let (desk, beat) = (Mutex::new(desk), watch::Sender::new(0));
         let engine =
             Arc::new(Self { desk, woken: Condvar::new(), beat, places, live, ended: AtomicBool::new(false) });
@@ -240,7 +242,13 @@ impl Engine {
             match next {
                 Look::Open { log, path, mapping, choice } => {
                     let opened = self.read(&path, mapping.as_deref(), &choice, &cancel);
-                    self.change(|desk| lay_seen(desk, log, opened));
+                    let laid = guarded(|| {
+                        self.change(|desk| lay_seen(desk, log, opened));
+                        Ok(())
+                    });
+                    if let Err(broken) = laid {
+                        self.change(|desk| lay_seen(desk, log, Err(broken)));
+                    }
                 }
                 Look::Compare { log, content, shown, models } => {
                     let logs = std::slice::from_ref(&content.log);

@@ -99,7 +99,10 @@ pub enum ActError {
     #[error("the mapping cannot be written: {0}")]
     Spelling(String),
     /// Logs whose columns mean different things by the same command.
-    #[error("{0} and {1} need different mappings, and a command takes one for all of its logs")]
+    #[error(
+        "{0} and {1} are read by different mappings, and a command takes one for all of its logs: say the columns of one as those \
+         of the other, or choose `look` for it"
+    )]
     Mappings(String, String),
     /// No log to fit on.
     #[error("no log to fit on: choose `fit` for one of the logs")]
@@ -138,6 +141,25 @@ pub(super) struct Broken;
 #[derive(Debug, thiserror::Error)]
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
+
+/// A bench that is not the one of the session.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum OtherBench {
+    /// It, or a file that it names.
+    #[error(
+        "the bench file {0} has changed since the session was saved, or a file that it names: captures are read as it says now"
+    )]
+    Changed(String),
+    /// The one that was named now, and the one of the session.
+    #[error("captures are read by {0}; the session was saved with {1}")]
+    Other(String, String),
+    /// The session has none.
+    #[error("captures are read by {0}, which the session does not name")]
+    Unnamed(String),
+    /// It cannot be read any more.
+    #[error("captures are read as the built-in bench says, and not as when the session was saved: {0}")]
+    Gone(String),
+}
 
 /// A session whose commands name files from another folder.
 #[derive(Debug, thiserror::Error)]

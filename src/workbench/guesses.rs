@@ -53,9 +53,17 @@ pub(super) fn confirm(desk: &mut Desk, id: u64, like: Option<&str>) -> Result<()
             let name = fresh_name(desk, &log.typed);
             let command = by_hand::write_mapping(&log.typed, &name, &guess.mended());
             let mapping = DeskMapping { name, text: Some(text) };
-            mapping.load()?;
-            desk.done.push(command);
-            Arc::new(mapping)
+            let reads = mapping.load()?;
+            let is_same =
+                |other: &&Arc<DeskMapping>| other.load().is_ok_and(|other| other.reads_like(&reads));
+            match desk.logs.iter().filter_map(|log| log.mapping.as_ref()).find(is_same) {
+                // One file of both logs: a command takes one.
+                Some(same) => Arc::clone(same),
+                None => {
+                    desk.done.push(command);
+                    Arc::new(mapping)
+                }
+            }
         }
     };
     let log = desk.log_mut(id)?;

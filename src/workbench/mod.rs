@@ -6,7 +6,8 @@
 //! server only look at the desk and answer. The page asks for changes by an [`Act`](act::Act) and reads the desk as JSON
 //! (`view.rs`, `plots.rs`); it draws, and computes nothing that a command prints.
 //!
-//! Nothing here writes a file that was not asked for on the command line: what is exported, the browser saves. Nothing here
+//! What is exported, the browser saves. The server writes two things alone: the demonstration's logs in `rotorbench-demo/`, where no
+//! log was named, and the file that leads the browser here, which goes again. Nothing here
 //! reaches a bench: no command, no arming, no bus; what is shown of a running one is heard (`live.rs`).
 
 mod act;
@@ -14,6 +15,7 @@ mod against;
 mod answers;
 mod assets;
 mod bands;
+mod bench_file;
 mod by_hand;
 mod choice;
 mod chunks;
@@ -52,6 +54,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
 
+use bench_file::ChosenBench;
 use demo::demo_logs;
 use door::Door;
 use engine::Engine;
@@ -120,7 +123,16 @@ fn open(config: &WorkbenchConfig) -> Result<Arc<Engine>, WorkbenchError> {
     if let Some(saved) = &saved {
         places.admit(saved.files())?;
     }
-    let engine = Engine::start(places, Live::new(config.bench.clone(), config.bench_file.clone()))?;
+    let remembered = saved.as_ref().and_then(|saved| saved.bench.as_ref());
+    let bench = ChosenBench::of((&config.bench, config.bench_file.as_deref()), remembered, &places);
+    let engine = Engine::start(places, Live::new(bench.config, bench.file))?;
+    // Without a session there is nothing to differ from.
+    if let Some(differs) = bench.differs.filter(|_| saved.is_some()) {
+        engine.change(|desk| {
+            desk.bench_is_other = true;
+            desk.notices.push(differs.to_string());
+        });
+    }
     engine.begin(demo.commands, logs, &config.models, saved)?;
     if let Some(moved) = moved {
         engine.change(|desk| desk.notices.push(moved.to_string()));

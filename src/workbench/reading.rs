@@ -73,9 +73,10 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     if matches!(seen, Err(Ended::Cancelled)) {
         return;
     }
+    let bench_is_other = desk.bench_is_other;
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
-    let mut is_other = false;
+    let (mut is_other, mut means_other) = (false, false);
     let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
     log.stuck = None;
     log.content = match seen {
@@ -90,6 +91,7 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
         Ok(FileContent::Parts(parts)) => LogContent::Parts(parts),
         Ok(FileContent::Open(open)) => {
             let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
+            means_other = remembered.is_some() && open.is_capture && bench_is_other;
             is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
             LogContent::Open(Arc::from(open))
         }
@@ -103,7 +105,7 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     if is_other {
         desk.notices.push(Changed(name).to_string());
     }
-    if is_other || is_failed {
+    if is_other || means_other || is_failed {
         kept::drop_of_log(desk, id);
     }
 }

@@ -25,7 +25,7 @@ use super::against::{AgainstQuery, AgainstTask};
 use super::download::{DownloadText, ExportQuery};
 use super::engine::Engine;
 use super::export::ExportTask;
-use super::margins::margins_of;
+use super::margins::MarginsTask;
 use super::plots::{PlotQuery, PlotTask, failure};
 use super::thresholds::THRESHOLDS;
 use super::{assets, view};
@@ -179,7 +179,11 @@ struct ModelQuery {
 }
 
 async fn margins(State(engine): Shared, Query(query): Query<ModelQuery>) -> Answer {
-    working(move || margins_of(&engine.desk(), engine.live.bench(), query.model)).await
+    working(move || {
+        let task = MarginsTask::of(&engine.desk(), query.model)?;
+        task.answer(engine.live.bench())
+    })
+    .await
 }
 
 async fn download(State(engine): Shared, Query(query): Query<ExportQuery>) -> Answer {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
+use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{Desk, LogUse, Origin};
@@ -36,6 +37,9 @@ pub(super) struct Saved {
     /// The commands that do by hand what was done.
     #[serde(default)]
     pub done: Vec<String>,
+    /// By which its captures are read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bench: Option<BenchFile>,
     #[serde(default)]
     pub logs: Vec<SavedLog>,
     #[serde(default)]
@@ -102,6 +106,7 @@ impl Saved {
             shows_paper: desk.models.first().is_some_and(|paper| paper.shown),
             folder: std::env::current_dir().ok(),
             done: desk.done.clone(),
+            bench: desk.bench.as_ref().map(|file| BenchFile { path: whole(&file.path), ..file.clone() }),
             logs: logs.collect(),
             models: models.collect(),
             answers: kept::of(desk),
@@ -121,8 +126,9 @@ impl Saved {
 
     /// The files that it names.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        let bench = self.bench.iter().map(|bench| bench.path.clone());
         let logs = self.logs.iter().map(|log| log.path.clone());
-        logs.chain(self.models.iter().filter_map(|model| model.file.clone()))
+        bench.chain(logs).chain(self.models.iter().filter_map(|model| model.file.clone()))
     }
 }
 

@@ -682,12 +682,52 @@ async function live() {
     await page.waitForTimeout(1000);
     await picture("8-live-dark");
     await page.emulateMedia({ colorScheme: "light" });
+    await legends();
+    await left();
   } finally {
     controller.kill("SIGINT");
     emulator.kill("SIGINT");
     await ended;
   }
   await page.getByText(/gives a sign of life/).waitFor();
+  await again();
+}
+
+// A curve is hidden and shown by the keyboard, too.
+async function legends() {
+  const entry = page.locator("#live .u-legend .u-series:nth-child(2) > th").first();
+  await entry.focus();
+  for (const shown of ["false", "true"]) {
+    await page.keyboard.press("Enter");
+    check(await entry.getAttribute("aria-pressed") === shown, `a curve that is shown: ${shown}`);
+  }
+}
+
+// Left, and looked at again in a narrower window: every plot is drawn, and as wide as its place.
+async function left() {
+  const toggle = page.getByRole("button", { name: "Live" });
+  await toggle.click();
+  await page.locator("main").waitFor();
+  await page.setViewportSize({ width: 1000, height: 720 });
+  await toggle.click();
+  await page.locator("#live-state[data-state=armed]").waitFor();
+  await page.waitForFunction(() => [...document.querySelectorAll("#live .chart")].every(it => it.querySelector(".uplot")?.clientWidth === it.clientWidth));
+  await picture("8-live-again");
+  await page.setViewportSize({ width: 1280, height: 720 });
+}
+
+// A bench that has begun anew is shown as it is now, and was not armed by anybody.
+async function again() {
+  const emulator = spawn(program, ["emulate", "--shm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+  const controller = spawn(program, ["control", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+  const ended = Promise.all([emulator, controller].map(it => new Promise(done => it.on("exit", done))));
+  try {
+    await page.locator("#live-state[data-state=disarmed]").waitFor();
+  } finally {
+    controller.kill("SIGINT");
+    emulator.kill("SIGINT");
+    await ended;
+  }
 }
 
 let failed = null;

@@ -23,6 +23,8 @@ WINDOWS = [(0, 1), (0, 0.5), (0.25, 0.25), (0.3, 0.1), (0.31, 0.03), (0.4, 0.03)
 ROUNDS = 5
 # How long a search has gone on when it is cancelled [s]: within its first fits, and in the middle of it.
 SEARCHED_S = [0.2, 1, 3, 8]
+# [-] The same, of how long it takes.
+SHARES = [0.1 * tenth for tenth in range(1, 10)]
 
 
 class Page:
@@ -105,15 +107,28 @@ def looked_at(page, log, query):
     return taken
 
 
-def cancelled(page):
-    """[s] from the wish to end a search until it has ended, at several moments of it."""
+def searching(page):
+    return json.loads(page.get("/api/desk"))["tick"]["search"]["state"] == "running"
+
+
+def searched(page, name, **fields):
+    """[s] that a search takes."""
+    before = time.perf_counter()
+    page.act(name, **fields)
+    while searching(page):
+        time.sleep(0.05)
+    return time.perf_counter() - before
+
+
+def cancelled(page, moments, name, **fields):
+    """[s] from the wish to end a search until it has ended, slowest of several moments [s] of it."""
     taken = []
-    for after in SEARCHED_S:
-        page.act("diagnose")
+    for after in moments:
+        page.act(name, **fields)
         time.sleep(after)
         before = time.perf_counter()
         page.act("cancel")
-        while json.loads(page.get("/api/desk"))["tick"]["search"]["state"] == "running":
+        while searching(page):
             time.sleep(0.005)
         taken.append(time.perf_counter() - before)
     return max(taken)
@@ -137,8 +152,20 @@ def table(rows):
         line(rows, f"pan or zoom, {what}: median", f"{statistics.median(taken):.1f}", "ms", 50)
         line(rows, f"pan or zoom, {what}: slowest", f"{max(taken):.1f}", "ms", 50)
     line(rows, f"page, {count} files", f"{size / 1000:.0f}", "kB", 400)
-    line(rows, "memory of the server, greatest", f"{page.memory_mb():.0f}", "MB", 1000)
-    line(rows, "a search cancelled: until it has ended, slowest", f"{cancelled(page):.2f}", "s", 1)
+    line(rows, "memory of the server, greatest, until a model is compared", f"{page.memory_mb():.0f}", "MB", 1000)
+    line(rows, "*What is missing?* cancelled: until it has ended, slowest", f"{cancelled(page, SEARCHED_S, 'diagnose'):.2f}", "s", 1)
+    model = json.loads(page.get("/api/desk"))["chosen"]
+    added = {"effects": ["gravity_pendulum"]}
+    takes = searched(page, "add", **added)
+    page.wait(lambda log: log.get("is_compared") and len(log["compared"]["models"]) == 2)
+    line(rows, "memory, greatest, an effect added and both models compared", f"{page.memory_mb():.0f}", "MB")
+    page.act("choose", model=model)
+    moments = [share * takes for share in SHARES]
+    line(rows, "*Add* cancelled, at a tenth of it, two tenths, ...: slowest", f"{cancelled(page, moments, 'add', **added):.2f}", "s", 1)
+    takes = searched(page, "identify")
+    page.act("choose", model=model)
+    moments = [share * takes for share in SHARES]
+    line(rows, "*identify* cancelled, at the same shares: slowest", f"{cancelled(page, moments, 'identify'):.2f}", "s", 1)
     page.end()
 
 

@@ -15,7 +15,7 @@ export function putBeside(id, wanted) {
   for (const hear of listeners) hear(desk);
 }
 
-// The name of a log's colour; models have theirs from the other end.
+// The name of a log's colour where it is drawn over another one, dotted; models have theirs from the other end.
 export function colourOfLog(id) {
   const index = desk.logs.findIndex(it => it.id === id);
   return "next-" + (7 - (Math.max(index, 0) % 8));
@@ -29,7 +29,7 @@ export async function others(shown, channel, [from, to], pixels, signal) {
   return await Promise.all(logs.map(async log => {
     const late = log.ends_s[0] - begin;
     const { x, curves } = await get("api/plot", { log: log.id, from: from + late, to: to + late, pixels, channel }, signal);
-    return { ...curves[0], x: x.map(at => at - late), label: lastPart(log.name), tone: colourOfLog(log.id) };
+    return { ...curves[0], x: x.map(at => at - late), label: lastPart(log.name), tone: colourOfLog(log.id), dotted: true };
   }));
 }
 

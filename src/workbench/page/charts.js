@@ -58,6 +58,30 @@ function described({ title, name, unit }, curves, from, to) {
   return [`${title || name} [${unit}] from ${number(from, 5)} to ${number(to, 5)} s`, ...seen].join(". ");
 }
 
+const labels = u => [...u.root.querySelectorAll(".u-legend .u-series > th")];
+
+// The entries of a legend, each of which shows its curve or hides it, by the keyboard as by a click.
+function legend(u) {
+  labels(u).forEach((label, index) => {
+    if (index === 0) return;
+    label.tabIndex = 0;
+    label.setAttribute("role", "button");
+    label.title = "shows the curve, or hides it";
+    label.addEventListener("keydown", event => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      event.stopPropagation();
+      u.setSeries(index, { show: !u.series[index].show });
+    });
+  });
+  said(u);
+}
+
+// Whether the curve of an entry is shown.
+function said(u) {
+  labels(u).forEach((label, index) => { if (index > 0) label.setAttribute("aria-pressed", String(u.series[index].show)); });
+}
+
 // spec: { host, height, unit, name (of the axis), title (where that has none), onWindow(from, to), onAll() }
 export class Chart {
   constructor(spec) {
@@ -70,11 +94,11 @@ export class Chart {
     spec.host.style.minHeight = `${spec.height + LEGEND}px`;
   }
 
-  // curves: [{ label, tone, dashed, y, gaps, lower, x }], a band's lower edge directly before its upper one.
+  // curves: [{ label, tone, dashed, dotted, y, gaps, lower, x }], a band's lower edge directly before its upper one.
   draw({ x, curves, bands, levels, from, to }) {
     this.bands = bands;
     this.levels = levels || [];
-    const signature = curves.map(it => it.label + it.tone + it.dashed).join("|") + isDark();
+    const signature = curves.map(it => it.label + it.tone + it.dashed + it.dotted).join("|") + isDark();
     // Those of other logs have a time of their own, and come last.
     const [own, others] = [curves.filter(it => !it.x), curves.filter(it => it.x)];
     const table = [x, ...own.map(values)];
@@ -105,7 +129,7 @@ export class Chart {
       if (curve.upper) bands.push({ series: [series.length, series.length - 1], fill: stroke + "2e" });
       series.push({
         label: curve.label, stroke: curve.edge ? stroke + "55" : stroke, width: curve.edge ? 0.6 : 1.4,
-        dash: curve.dashed ? [6, 4] : undefined, points: { show: false }, value: (_, value) => number(value, 5),
+        dash: curve.dashed ? [6, 4] : curve.dotted ? [2, 2] : undefined, points: { show: false }, value: (_, value) => number(value, 5),
       });
     }
     this.plot = new uPlot({
@@ -118,8 +142,10 @@ export class Chart {
         draw: [u => this.marks(u), u => this.cursorLines(u)],
         setCursor: [u => { if (u.cursor.left >= 0) hover(u.posToVal(u.cursor.left, "x")); }],
         setSelect: [u => this.selected(u)],
+        setSeries: [u => said(u)],
       },
     }, data, host);
+    legend(this.plot);
     const over = this.plot.over;
     over.addEventListener("dblclick", event => { event.stopImmediatePropagation(); this.spec.onAll(); }, true);
     over.addEventListener("mousedown", event => this.pan(event), true);

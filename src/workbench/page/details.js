@@ -44,7 +44,14 @@ function content(found) {
   });
   const groups = table(["modelled signal", "samples", `rms [${first.unit}]`, "share of squared error"],
     first.groups.map(it => [it.name, String(it.samples), number(it.rms, 3), number(100 * it.share, 3) + " %"]));
-  return [element("p", { class: "soft", "data-table-of": name }, element("span", { class: "swatch " + colourOf(first.model), "aria-hidden": "true" }), name), groups, drawing(`Error over time [s], rms in ${first.unit}`, overTime), spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }), of];
+  const swatch = element("span", { class: "swatch " + colourOf(first.model), "aria-hidden": "true" });
+  return [
+    element("p", { class: "soft", "data-table-of": name }, swatch, name),
+    groups,
+    drawing(`Error over time [s], rms in ${first.unit}`, overTime),
+    spectra.length && drawing(`Error over frequency [Hz], in ${first.unit}/√Hz`, spectra, { log: true }),
+    of,
+  ];
 }
 
 // A fold that asks for it when it is opened.
@@ -60,6 +67,6 @@ export function details(log, block) {
         complain(error.message);
       }
     },
-  }, element("summary", {}, "by time, frequency and operating point"), host);
+  }, element("summary", { "aria-label": `${block.name}, ${block.signal}: by time, frequency and operating point` }, "by time, frequency and operating point"), host);
   return fold;
 }

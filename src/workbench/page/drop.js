@@ -3,6 +3,7 @@
 
 import { act, complain, get } from "./act.js";
 import { lastPart } from "./dom.js";
+import { OTHER_FOLDER } from "./files.js";
 
 // Folders that are looked through; what lies deeper is opened from the list. Of several files so many are named.
 const MOST_FOLDERS = 300;
@@ -34,7 +35,7 @@ async function open(file) {
       return await (path.endsWith(".toml") ? act("open_model", { path }) : act("open_log", { path }));
     }
     const several = `There are ${found.length} files ${file.name} of this length: ${found.slice(0, MOST_NAMED).join(", ")}${found.length > MOST_NAMED ? ", ..." : ""}. Open the one that is meant from the list.`;
-    const none = `${file.name} is not below what this workbench may open (${named.join(", ") || "no folder"}): start it with the folder of the file, rotorbench workbench FOLDER.`;
+    const none = `${file.name} is not below what this workbench may open (${named.join(", ") || "no folder"}). ${OTHER_FOLDER}`;
     complain(found.length ? several : none);
   } catch (error) {
     complain(error.message);

@@ -3,6 +3,9 @@
 import { complain, get } from "./act.js";
 import { button, element, fill, lastPart } from "./dom.js";
 
+// How more than what was named is opened.
+export const OTHER_FOLDER = "Another folder: end the workbench, and name it: rotorbench workbench FOLDER or FILE";
+
 const size = bytes => (bytes < 1e6 ? `${Math.ceil(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
 
 // Calls `open` with the path of the file that is chosen; `more` stands above the list.
@@ -25,7 +28,7 @@ export async function choose(title, open, more) {
       element("h2", { id: "files-title" }, title),
       element("p", { class: "soft" }, listing.folder || "Folders that were named when the workbench was opened:"),
       more,
-      element("p", { class: "soft" }, "Another folder: end the workbench, and name it: rotorbench workbench FOLDER or FILE"),
+      element("p", { class: "soft" }, OTHER_FOLDER),
       element("div", { class: "files" }, up,
         listing.folders.map(path => button(name(path) + "/", () => go(path))),
         listing.files.map(file => button(`${name(file.path)}  (${size(file.bytes)})`, () => pick(file.path), { "data-path": file.path }))),

@@ -12,19 +12,40 @@ let timer = null;
 let since = 0;
 let moments = [];
 let charts = [];
+let made = "";
 let head = null;
 let foot = null;
 
-// An answer's own columns, each in the plot whose name it has.
+// Which columns are drawn together: those of a plot by its name; of the rest, which few benches have, what has a value, by its unit.
+function plotsOf(columns) {
+  const every = columns.map((it, index) => ({ ...it, index }));
+  const plots = PLOTS.map(([title, pattern]) => [title, every.filter(it => pattern.test(it.name))]);
+  const isKnown = ({ index }) => moments.some(([, values]) => values[index] !== null);
+  const rest = every.filter(it => !PLOTS.some(([, pattern]) => pattern.test(it.name)) && isKnown(it));
+  const units = [...new Set(rest.map(it => it.unit))];
+  return [...plots, ...units.map(unit => [`Others in ${unit}`, rest.filter(it => it.unit === unit)])].filter(([, own]) => own.length);
+}
+
+function plot([title, own]) {
+  const root = element("figure", { "aria-label": title }, element("h3", {}, title));
+  const place = element("div", { class: "chart" });
+  root.append(place);
+  const chart = new Chart({ host: place, height: 130, name: "", title, unit: own[0].unit, onWindow: () => {}, onAll: () => {} });
+  return { own, root, chart };
+}
+
+// Where other columns have values than before, the plots are others.
 function makePlots(columns) {
-  charts = PLOTS.map(([title, pattern]) => {
-    const own = columns.map((it, index) => ({ ...it, index })).filter(it => pattern.test(it.name));
-    if (!own.length) return null;
-    const root = element("figure", { "aria-label": title }, element("h3", {}, title));
-    const place = element("div", { class: "chart" });
-    root.append(place);
-    return { own, root, chart: new Chart({ host: place, height: 130, name: "", title, unit: own[0].unit, onWindow: () => {}, onAll: () => {} }) };
-  }).filter(Boolean);
+  const plots = plotsOf(columns);
+  const names = JSON.stringify(plots.map(([title, own]) => [title, own.map(it => it.name)]));
+  if (names === made) return;
+  made = names;
+  charts.forEach(({ chart }) => chart.destroy());
+  charts = plots.map(plot);
+  fill(host,
+    element("h2", {}, "The running bench"),
+    element("p", { class: "soft" }, "The last minute. The page only listens: nothing on it can command, arm or stop."),
+    state, head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
 }
 
 // How the bench is: a live region, told when it changes and not with every look.
@@ -63,16 +84,15 @@ async function look() {
     moments.push(...answer.moments);
     const end = moments.at(-1)?.[0] ?? 0;
     moments = moments.filter(([at]) => end - at <= answer.kept_s);
-    if (!charts.length) {
-      makePlots(answer.columns);
-      fill(host, element("h2", {}, "The running bench"), element("p", { class: "soft" }, "The last minute. The page only listens: nothing on it can command, arm or stop."),
-        state, head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
-    }
+    makePlots(answer.columns);
     fill(head, said(answer));
     fill(foot, answer.events.length && [element("h3", {}, "The guard, newest first"), element("ul", {}, answer.events.map(it => element("li", {}, it)))]);
     const x = moments.map(([at]) => at - end);
     for (const { own, chart } of charts) {
-      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]) })).map(it => ({ ...it, gaps: unknown(it.y), range: rangeOf(it.y) }));
+      const curves = own.map((it, index) => {
+        const y = moments.map(([, values]) => values[it.index]);
+        return { label: it.name, tone: "next-" + (index % 8), y, gaps: unknown(y), range: rangeOf(y) };
+      });
       if (x.length > 1) chart.draw({ x, curves, bands: [], levels: [], from: -answer.kept_s, to: 0 });
     }
   } catch {

@@ -66,7 +66,10 @@ function entry(log) {
     disabled: !["open", "guessed"].includes(log.state),
   });
   const close = button("×", () => act("close_log", { log: log.id }), { class: "quiet", "aria-label": "close " + log.name });
-  return element("li", { "data-log": log.id }, element("div", { class: "row" }, element("span", { class: "swatch " + colourOfLog(log.id), "aria-hidden": "true" }), name, close), about(log), roles(log));
+  // The one that is shown is what was measured; another one has the colour that it is drawn in over that.
+  const tone = view.shownLog() === log.id ? "measured" : colourOfLog(log.id);
+  const swatch = element("span", { class: "swatch " + tone, "aria-hidden": "true" });
+  return element("li", { "data-log": log.id }, element("div", { class: "row" }, swatch, name, close), about(log), roles(log));
 }
 
 function openLog() {

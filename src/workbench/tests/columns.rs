@@ -141,8 +141,24 @@ fn opens_again(it: &Running, folder: &Path) {
     assert_eq!(act(&again, &json!({ "act": "ask_again", "log": second })), 200);
     again.wait_for("guessed", |desk| state(desk, 1) == "guessed");
     assert_eq!(act(&again, &json!({ "act": "confirm", "log": second })), 200);
-    again.wait_for("open", are_open);
+    let desk = again.wait_for("open", are_open);
+    assert_eq!(desk["logs"][1]["mapping"], "stand_2.toml");
     assert_eq!(act(&again, &json!({ "act": "diagnose" })), 409, "two mappings in one command");
+    // Said as those of the first, they are read by its mapping: one command reads both.
+    assert_eq!(act(&again, &json!({ "act": "ask_again", "log": second })), 200);
+    again.wait_for("guessed", |desk| state(desk, 1) == "guessed");
+    for (column, signal) in MENDED {
+        let mend =
+            json!({ "act": "mend", "log": second, "column": column, "signal": signal, "unit": "rad/s" });
+        assert_eq!(act(&again, &mend), 200);
+    }
+    let done = again.json("/api/desk")["done"].clone();
+    assert_eq!(act(&again, &json!({ "act": "confirm", "log": second })), 200);
+    let desk = again.wait_for("open", are_open);
+    assert_eq!((&desk["logs"][1]["mapping"], &desk["done"]), (&json!("stand.toml"), &done));
+    assert!(
+        desk["by_hand"]["diagnose"].as_str().is_some_and(|it| it.contains(" --mapping stand.toml --log "))
+    );
     assert_eq!(act(&again, &json!({ "act": "role", "log": first, "role": "look" })), 200);
     assert_eq!(act(&again, &json!({ "act": "role", "log": second, "role": "fit" })), 200);
     assert_eq!(act(&again, &json!({ "act": "recalibrate" })), 200);

@@ -14,7 +14,6 @@ use crate::model::Model;
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::run::run;
 use crate::session::{self, Job, OpenConfig};
-use crate::workbench::WorkbenchConfig;
 
 /// Chunks of a recording are some MB: long enough for several.
 const SECONDS: f64 = 600.0;
@@ -98,25 +97,4 @@ fn an_answer_is_of_the_rows_that_there_were() {
         |desk: &Value| desk["logs"][0]["rows"].as_u64() > desk["logs"][1]["rows"].as_u64().map(|it| it - 50);
     let desk = it.wait_for("more", grown);
     assert_eq!(desk["answered"]["is_current"], false);
-}
-
-/// What the frames of a capture mean is the bench file's to say, here as for the commands.
-#[test]
-fn a_capture_is_read_by_the_bench_file() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let capture = folder.path().join("candump.log");
-    fs::write(&capture, include_str!("../../../tests/record/kept/candump.log")).expect("written");
-    let channels = |file: Option<std::path::PathBuf>| {
-        let has_file = file.is_some();
-        let config =
-            WorkbenchConfig { logs: vec![capture.clone()], bench_file: file, ..WorkbenchConfig::default() };
-        let it = Running::of(config);
-        let desk = it.wait_for("compared", |desk| desk["logs"][0]["is_compared"] == true);
-        let by_hand = desk["logs"][0]["by_hand"].as_str().expect("a command");
-        assert_eq!(by_hand.contains("--config"), has_file, "{by_hand}");
-        desk["logs"][0]["channels"].as_array().expect("channels").len()
-    };
-    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/record/kept/bench.toml");
-    let (built_in, own) = (channels(None), channels(Some(kept)));
-    assert!(own > built_in, "{own} beside {built_in}");
 }

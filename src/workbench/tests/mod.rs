@@ -1,5 +1,6 @@
 //! The server as a stranger and as a page meet it, over real sockets.
 
+mod bench_file;
 mod circle;
 mod client;
 mod columns;
