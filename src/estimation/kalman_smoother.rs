@@ -132,9 +132,7 @@ pub(crate) fn likelihood<const N: usize, const M: usize>(
 ) -> Likelihood {
     let mut filter = Filter::of(system);
     for sample in 0..system.samples().min(samples) {
-        if sample.is_multiple_of(KEPT) {
-            cancel::check();
-        }
+        cancel::check_at(sample);
         let _ = filter.pass(sample);
     }
     filter.likelihood

@@ -96,12 +96,7 @@ fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
     counts.iter().for_each(|count| count.check(memory));
 }
 
-// One test each: they take seconds, and run beside each other.
-#[test]
-fn the_pole_where_the_battery_gives_way_with_white_noise() {
-    the_pole_where_the_battery_gives_way(0.0, 0.25, 0.1);
-}
-
+// One test each: they take seconds, and run beside each other; the one with white noise is in `at_length`.
 #[test]
 fn the_pole_where_the_battery_gives_way_with_correlated_noise() {
     the_pole_where_the_battery_gives_way(0.9, 0.25, 0.1);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::thresholds::THRESHOLDS;
+use crate::cancel;
 use crate::estimation::variable_projection::Record;
 use crate::screening::rotor_data::RotorLog;
 
@@ -84,6 +85,7 @@ pub(crate) fn walk(
         f64::NEG_INFINITY
     };
     for row in segment.clone() {
+        cancel::check_at(row);
         let time = times[row];
         // A command that was in force before its row is that of the next one at most.
         let last = if rotor.command_from.is_some() { (row + 1).min(segment.end - 1) } else { row };

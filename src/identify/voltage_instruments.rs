@@ -9,6 +9,7 @@
 use super::thresholds::THRESHOLDS;
 
 use super::regressors::walk;
+use crate::cancel;
 use crate::effect::step_response;
 use crate::estimation::hats::hats;
 use crate::estimation::ridge::RidgeSums;
@@ -104,6 +105,7 @@ fn predict_by<const N: usize>(
     let whole = rotor.whole();
     let rows = whole.iter().flat_map(Clone::clone);
     for row in rows.clone().filter(|row| is_known(*row) && voltage[*row].is_finite()) {
+        cancel::check_at(known);
         known += 1;
         sums.add_dense(hats_at(row), (knots, &functions(row)), voltage[row]);
     }

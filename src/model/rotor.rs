@@ -10,8 +10,6 @@ use crate::effect::{Point, step_response};
 const STEP_SHARE: f64 = 0.35;
 /// [s] a state that reaches its steady state within a step this short needs no finer one.
 const SHORTEST_STEP: f64 = 2.5e-3;
-/// Rows between two looks at whether the work is still wanted: it costs nothing beside so many.
-const CHECKED: usize = 4096;
 /// Spans that differ by less than this share are the same: times are written with few digits.
 const SAME_SPAN: f64 = 1e-9;
 
@@ -79,9 +77,7 @@ impl Equations {
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         let wants_squares = trace.mean_square.is_some();
         for row in 0..input.time.len() {
-            if row.is_multiple_of(CHECKED) {
-                cancel::check();
-            }
+            cancel::check_at(row);
             trace.rate.push(state.rate);
             if sensor_looks {
                 delayed = self.in_force(input, delayed, input.time.get(row).copied());

@@ -8,8 +8,13 @@ use super::bench::{
     C_G1, C_G2, ColouredNoise, Count, FULL_VOLTAGE, INERTIA, K_V, MEMORIES, POLE, RUNS, binary, measured,
     powered, voltage,
 };
-use super::{attitude, body_of, joint_estimate};
+use super::{attitude, body_of, joint_estimate, the_pole_where_the_battery_gives_way};
 use crate::screening::rotor_data::RotorLog;
+
+#[test]
+fn the_pole_where_the_battery_gives_way_with_white_noise() {
+    the_pole_where_the_battery_gives_way(0.0, 0.25, 0.1);
+}
 
 /// Behind each turn of a ramp a slow rotor is not yet as far behind as it will be. Seen with the fit broken: the lag as if
 /// it were steady everywhere, c_g2 covered 7 times of 100; where the ramp goes down alone, and the lag looks like the curve
