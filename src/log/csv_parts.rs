@@ -36,57 +36,47 @@ pub(super) fn read(path: &Path) -> Option<Parts> {
 
 /// Reads `length` bytes or more, `part` of them at a time.
 fn in_parts(mut input: impl io::Read + Send, length: u64, part: usize) -> io::Result<Option<Parts>> {
+    let mut read = |text: &mut Vec<u8>| input.by_ref().take(part as u64).read_to_end(text);
     let all = NonZeroUsize::new(most());
-    let mut hash = Sha256::new();
-    let mut found: Option<(CsvHeader, Vec<Vec<f64>>)> = None;
     // A part, and the next one, which is read meanwhile; the first `carried` bytes are of a line that begins in the part before.
     let (mut text, mut next) = (Vec::new(), Vec::new());
-    let mut carried = 0;
-    let mut fresh = input.by_ref().take(part as u64).read_to_end(&mut text)?;
+    let (mut fresh, mut carried) = (read(&mut text)?, 0);
+    // A header longer than a part is none.
+    let Some((header, mut start)) = CsvHeader::of_plain(lines(&text, fresh)) else { return Ok(None) };
+    let mut columns = vec![Vec::new(); header.names.len()];
+    let mut hash = Sha256::new();
     loop {
-        // The last line may have no end; any other part goes up to the end of one.
-        let end =
-            if fresh == 0 { text.len() } else { memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1) };
-        let start = match &found {
-            Some(_) => 0,
-            // A header longer than a part is none.
-            None if end == 0 => return Ok(None),
-            None => {
-                let Some((header, start)) = CsvHeader::of_plain(&text[..end]) else { return Ok(None) };
-                let columns = vec![Vec::new(); header.names.len()];
-                found = Some((header, columns));
-                start
-            }
-        };
-        let Some((header, columns)) = &mut found else { return Ok(None) };
-        let is_first = start > 0;
+        let (whole, rest) = text.split_at(lines(&text, fresh).len());
         next.clear();
-        next.extend_from_slice(text.get(end..).unwrap_or_default());
-        let behind = next.len();
+        next.extend_from_slice(rest);
         let hash_and_read = || {
             hash.update(&text[carried..]);
-            if fresh == 0 { Ok(0) } else { input.by_ref().take(part as u64).read_to_end(&mut next) }
+            if fresh == 0 { Ok(0) } else { read(&mut next) }
         };
-        let body = text.get(start..end).unwrap_or_default();
         // That is soon done: all threads take numbers in.
-        let (read, taken) =
-            both(hash_and_read, || limited(all, || csv_blocks::append(body, columns, header.time_at)));
+        let body = whole.get(start..).unwrap_or_default();
+        let take_in = || limited(all, || csv_blocks::append(body, &mut columns, header.time_at));
+        let (read, taken) = both(hash_and_read, take_in);
         if taken.is_none() {
             return Ok(None);
         }
-        if is_first {
-            make_room(columns, length, end);
+        if start > 0 {
+            make_room(&mut columns, length, whole.len());
         }
         if fresh == 0 {
             break;
         }
-        (fresh, carried) = (read?, behind);
+        (start, carried, fresh) = (0, rest.len(), read?);
         std::mem::swap(&mut text, &mut next);
     }
-    Ok(found.map(|(header, mut columns)| {
-        columns.iter_mut().for_each(Vec::shrink_to_fit);
-        Parts { header, digest: hash.finalize().to_vec(), columns }
-    }))
+    columns.iter_mut().for_each(Vec::shrink_to_fit);
+    Ok(Some(Parts { header, digest: hash.finalize().to_vec(), columns }))
+}
+
+/// What of a text are whole lines. The last one may have no end; any other part goes up to the end of one.
+fn lines(text: &[u8], fresh: usize) -> &[u8] {
+    let end = if fresh == 0 { text.len() } else { memchr::memrchr(b'\n', text).map_or(0, |end| end + 1) };
+    text.get(..end).unwrap_or_default()
 }
 
 /// Makes room in columns for as many rows as `length` bytes hold, if all are like the first `read`.

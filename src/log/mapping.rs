@@ -181,13 +181,6 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// Whether another one reads every file as this one does.
-    #[must_use]
-    pub fn reads_like(&self, other: &Self) -> bool {
-        let plain = |mapping: &Self| MappingConfig { description: String::new(), ..mapping.config.clone() };
-        plain(self) == plain(other)
-    }
-
     /// The shipped mapping of that name, else the file.
     ///
     /// # Errors

@@ -18,7 +18,7 @@ use super::screened_thrust::ScreenedThrust;
 use super::suspicion::Suspicion;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
-use crate::log::signals::{MOST_ROTORS, rotor_of};
+use crate::log::signals::MOST_ROTORS;
 use crate::signal::ROTORS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
 use crate::threads::{both, spread};
@@ -108,13 +108,7 @@ impl ScreenedChannel {
 impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
-        // Those of rotors take longest, beside their commands: they come first, and the others fill the gap behind them.
-        let mut order: Vec<usize> = (0..names.len()).collect();
-        order.sort_by_key(|at| rotor_of(names[*at]).is_none());
-        let of = |at: &usize| Some((*at, ScreenedChannel::of(&raw, names[*at])?));
-        let mut channels: Vec<_> = spread(&order, of).into_iter().flatten().collect();
-        channels.sort_by_key(|(at, _)| *at);
-        let channels = channels.into_iter().map(|(_, channel)| channel).collect();
+        let channels = spread(&names, |name| ScreenedChannel::of(&raw, name)).into_iter().flatten().collect();
         let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
         Self(Arc::new(Judged::of(raw, channels, of_columns, &[], |battery| {
             checks::BATTERY.iter().find_map(|check| check(battery))
@@ -135,18 +129,7 @@ impl Judged {
         let mut cleaned = None;
         channels.iter().for_each(|channel| channel.take_out(&raw, &mut cleaned));
         let log = cleaned.as_ref().unwrap_or(&raw);
-        let voltage = HeldVoltage::of(log);
-        let rotor = |number: usize| {
-            let rate = columns::propeller_rate(number);
-            let rates = channels.iter().find(|channel| channel.name == rate);
-            let found = rates.map_or(&[][..], |channel| &channel.judgements);
-            ScreenedRotor::of(log, voltage.as_ref(), number, found, stepping.contains(&number))
-        };
-        let rotors = spread(&(1..=MOST_ROTORS).collect::<Vec<_>>(), |number| rotor(*number));
-        let mut rotors: Vec<ScreenedRotor> = rotors.into_iter().flatten().collect();
-        if let Some((first, others)) = rotors.split_first_mut() {
-            others.iter_mut().for_each(|other| other.see_through_as(first));
-        }
+        let mut rotors = rotors(log, &channels, stepping);
         let thrust = |number: usize| {
             let rotor = rotors.iter().find(|rotor| rotor.number() == number);
             ScreenedThrust::of(log, number, rotor)
@@ -177,6 +160,23 @@ impl Judged {
         raw.keep_few(cleaned.as_mut());
         Self { raw, cleaned, channels, columns, units, of_battery, rotors, thrusts, body, chain }
     }
+}
+
+/// The rotors of a log whose channels are judged.
+fn rotors(log: &Dataset, channels: &[ScreenedChannel], stepping: &[usize]) -> Vec<ScreenedRotor> {
+    let voltage = HeldVoltage::of(log);
+    let rotor = |number: usize| {
+        let rate = columns::propeller_rate(number);
+        let rates = channels.iter().find(|channel| channel.name == rate);
+        let found = rates.map_or(&[][..], |channel| &channel.judgements);
+        ScreenedRotor::of(log, voltage.as_ref(), number, found, stepping.contains(&number))
+    };
+    let rotors = spread(&(1..=MOST_ROTORS).collect::<Vec<_>>(), |number| rotor(*number));
+    let mut rotors: Vec<ScreenedRotor> = rotors.into_iter().flatten().collect();
+    if let Some((first, others)) = rotors.split_first_mut() {
+        others.iter_mut().for_each(|other| other.see_through_as(first));
+    }
+    rotors
 }
 
 /// What is wrong with the units of time and body of a log: a factor of 57 between a rate and the slope of its angle is a unit. What

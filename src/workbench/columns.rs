@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::log::Mapping;
 use crate::log::guess::GuessedColumn;
-use crate::log::mapping::SHIPPED;
+use crate::log::mapping::{MappingConfig, SHIPPED};
 use crate::log::mended::{conversions, is_in};
 use crate::session::{GuessedLog, SessionError};
 
@@ -45,6 +45,12 @@ impl DeskMapping {
             None => Mapping::load(&self.name)?,
         })
     }
+}
+
+/// Whether one mapping reads every file as the other one does.
+pub(super) fn reads_like(one: &Mapping, other: &Mapping) -> bool {
+    let plain = |it: &Mapping| MappingConfig { description: String::new(), ..it.config.clone() };
+    plain(one) == plain(other)
 }
 
 impl Guess {

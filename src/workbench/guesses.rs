@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::columns::{DeskMapping, Guess, unit_of};
+use super::columns::{DeskMapping, Guess, reads_like, unit_of};
 use super::desk::{Desk, LogContent};
 use super::places::plain;
 use super::{ActError, by_hand};
@@ -55,7 +55,7 @@ pub(super) fn confirm(desk: &mut Desk, id: u64, like: Option<&str>) -> Result<()
             let mapping = DeskMapping { name, text: Some(text) };
             let reads = mapping.load()?;
             let is_same =
-                |other: &&Arc<DeskMapping>| other.load().is_ok_and(|other| other.reads_like(&reads));
+                |other: &&Arc<DeskMapping>| other.load().is_ok_and(|other| reads_like(&other, &reads));
             match desk.logs.iter().filter_map(|log| log.mapping.as_ref()).find(is_same) {
                 // One file of both logs: a command takes one.
                 Some(same) => Arc::clone(same),

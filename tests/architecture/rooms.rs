@@ -24,7 +24,7 @@ pub const TABLE: &[(&str, &[&str])] = &[
     ("memory", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
-    ("model", &["cells", "file", "unit", "signal", "effect"]),
+    ("model", &["cells", "cancel", "file", "unit", "signal", "effect"]),
     // Mathematics without rotors and without logs.
     ("estimation", &["cancel", "threads", "unit"]),
     ("can", &["file", "unit", "clock", "signal"]),
@@ -48,7 +48,18 @@ pub const TABLE: &[(&str, &[&str])] = &[
     ("bench", &["*"]),
     (
         "identify",
-        &["threads", "unit", "signal", "effect", "model", "estimation", "log", "screening", "experiment"],
+        &[
+            "cancel",
+            "threads",
+            "unit",
+            "signal",
+            "effect",
+            "model",
+            "estimation",
+            "log",
+            "screening",
+            "experiment",
+        ],
     ),
     (
         "compare",

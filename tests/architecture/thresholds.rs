@@ -197,6 +197,7 @@ const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
     ("control/controller.rs", &["3"], "a code of recordings"),
     ("diagnose/block_builder.rs", &["3"], "coefficients of a cubic"),
     ("diagnose/grid_search.rs", &["12"], "variance of a uniform distribution"),
+    ("estimation/slope.rs", &["16"], "samples of a piece of work"),
     ("estimation/step_course.rs", &["3"], "equations of a parabola, and passes of its fit"),
     ("estimation/step_other.rs", &["4"], "rounds of a search"),
     ("estimation/step_search.rs", &["9", "3"], "rounds of a search"),
