@@ -124,7 +124,8 @@ mod tests {
     /// To the last digit, at the ends, with a value missing, and where fewer samples are there than a window holds.
     #[test]
     fn slopes_side_by_side_are_those_of_one_after_the_other() {
-        for (samples, half) in [(40, 2), (43, 7), (9, 4), (3, 5), (0, 2)] {
+        // The last one goes on in a second piece.
+        for (samples, half) in [(40, 2), (43, 7), (9, 4), (3, 5), (0, 2), ((1 << 16) + 9, 2)] {
             let time: Vec<f64> =
                 (0..samples).map(|k| 0.01 * f64::from(k) + 1e-4 * f64::from(k % 3)).collect();
             let value = |k: i32| if k == 31 { f64::NAN } else { (0.3 * f64::from(k)).sin() };

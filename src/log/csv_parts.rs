@@ -121,4 +121,21 @@ mod tests {
             assert!(parts(text, 10).is_none(), "{text:?}");
         }
     }
+
+    /// A disk that fails in the middle is no end of the file.
+    #[test]
+    fn a_file_that_cannot_be_read_on_is_no_log() {
+        struct Failing;
+        impl io::Read for Failing {
+            fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+                Err(io::Error::other("the disk"))
+            }
+        }
+        let rows: String = (0..300).map(|row| format!("{row},1\n")).collect();
+        let text = format!("time_s,a\n{rows}");
+        for whole in [0, 100, 1_000] {
+            let input = text.as_bytes()[..whole].chain(Failing);
+            assert!(in_parts(input, text.len() as u64, 100).is_err(), "{whole}");
+        }
+    }
 }

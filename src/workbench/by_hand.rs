@@ -114,9 +114,9 @@ fn logs(desk: &Desk) -> Vec<String> {
 
 /// The option that names the bench file, where one of these logs was read by it.
 fn bench_of_captures<'a>(desk: &Desk, mut logs: impl Iterator<Item = &'a DeskLog>) -> Vec<String> {
-    let has_capture = logs.any(|log| log.open().is_ok_and(|open| open.is_capture));
+    let has_capture = logs.any(|log| log.open().is_ok_and(|open| open.bench.is_some()));
     let file = desk.bench.iter().filter(|_| has_capture);
-    file.flat_map(|file| ["--config".to_owned(), file.path.display().to_string()]).collect()
+    file.flat_map(|file| ["--config".to_owned(), file.display().to_string()]).collect()
 }
 
 /// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for, and so is what it

@@ -47,9 +47,13 @@ impl DeskMapping {
     }
 }
 
-/// Whether one mapping reads every file as the other one does.
+/// Whether one mapping reads every file as the other one does: in whatever order they say the signals.
 pub(super) fn reads_like(one: &Mapping, other: &Mapping) -> bool {
-    let plain = |it: &Mapping| MappingConfig { description: String::new(), ..it.config.clone() };
+    let plain = |it: &Mapping| {
+        let mut config = MappingConfig { description: String::new(), ..it.config.clone() };
+        config.signal.sort_by(|a, b| a.name.cmp(&b.name));
+        config
+    };
     plain(one) == plain(other)
 }
 
@@ -73,4 +77,27 @@ impl Guess {
 /// The word by which a column's unit is said; none of one that is carried along.
 pub(super) fn unit_of(column: &GuessedColumn) -> Option<&'static str> {
     conversions(&column.signal).into_iter().find(|it| is_in(column, it)).map(|it| it.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mappings_that_say_the_same_in_another_order_read_alike() {
+        let signal = |name: &str, column: &str| {
+            format!("[[signal]]\nname = \"{name}\"\ncolumn = \"{column}\"\nunit = \"V\"\n")
+        };
+        let mapping = |description: &str, signals: [String; 2]| {
+            let text = format!(
+                "description = \"{description}\"\n[time]\ncolumn = \"t\"\nunit = \"s\"\n{}",
+                signals.concat()
+            );
+            Mapping::parse(&text, Path::new("m.toml")).expect("a mapping")
+        };
+        let (volts, other) = (signal("battery_voltage_v", "Volts"), signal("other", "Other"));
+        let one = mapping("one.csv", [volts.clone(), other.clone()]);
+        assert!(reads_like(&one, &mapping("two.csv", [other.clone(), volts])));
+        assert!(!reads_like(&one, &mapping("one.csv", [signal("battery_voltage_v", "Other V"), other])));
+    }
 }

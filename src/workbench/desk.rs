@@ -10,7 +10,6 @@ use serde_json::Value;
 
 use super::ActError;
 use super::bands::Bands;
-use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::{DeskMapping, Guess};
 use super::places::Stamp;
@@ -44,8 +43,8 @@ pub(super) struct DeskLog {
     pub role: LogUse,
     /// Which part of it counts: another one is another log.
     pub choice: Choice,
-    /// SHA-256 that a session remembers of it.
-    pub remembered: Option<String>,
+    /// What a session remembers of it.
+    pub remembered: Option<ReadFrom>,
     pub content: LogContent,
     pub compared: Option<Compared>,
     /// It is to be read again: there may be more of it.
@@ -81,8 +80,8 @@ pub(super) struct OpenLog {
     pub stamp: Option<Stamp>,
     /// Name of its format.
     pub format: &'static str,
-    /// Whether its channels are what a bench file says of its frames.
-    pub is_capture: bool,
+    /// Of a capture, whose channels are what a bench file says of its frames: the hash of that.
+    pub bench: Option<String>,
     /// Whether a command's `--mapping` would be for it, too.
     pub takes_mapping: bool,
     /// Which log of its file it is, and how many that holds, where it says so.
@@ -92,6 +91,12 @@ pub(super) struct OpenLog {
     /// The same where it has rows.
     pub bands: Bands,
     pub channels: Vec<ShownChannel>,
+}
+
+impl OpenLog {
+    pub fn read_from(&self) -> ReadFrom {
+        ReadFrom { sha256: self.log.raw().sha256().to_owned(), bench: self.bench.clone() }
+    }
 }
 
 /// The models that are shown, held beside a log.
@@ -131,12 +136,20 @@ pub(super) struct DeskModel {
     pub recipe: Option<Recipe>,
 }
 
+/// What a log was read from, by hashes: where one of them is another, so is the log.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct ReadFrom {
+    /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
+    pub sha256: String,
+    /// Of a capture that of what the bench file said of its frames.
+    pub bench: Option<String>,
+}
+
 /// A log as it was read: one that has grown since is another.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ReadLog {
     pub id: u64,
-    /// SHA-256 of its bytes; empty where it was not read.
-    pub sha256: String,
+    pub from: ReadFrom,
 }
 
 /// What a search was asked of: a model, and logs as they were then.
@@ -152,7 +165,7 @@ impl SearchInputs {
     pub fn of(desk: &Desk) -> Self {
         let of_role = |role| {
             let logs = desk.logs.iter().filter(|log| log.role == role);
-            logs.map(|log| ReadLog { id: log.id, sha256: log.sha256().to_owned() }).collect()
+            logs.map(|log| ReadLog { id: log.id, from: log.read_from() }).collect()
         };
         Self { model: desk.chosen, fit: of_role(LogUse::Fit), held_out: of_role(LogUse::HeldOut) }
     }
@@ -257,9 +270,9 @@ pub(super) struct Desk {
     pub discovered: Option<Discovered>,
     pub looking: Option<Looking>,
     /// The bench file by which captures are read, as one types it.
-    pub bench: Option<BenchFile>,
-    /// Whether it is another one than the session's.
-    pub bench_is_other: bool,
+    pub bench: Option<PathBuf>,
+    /// That of the session, where it cannot be read: the next session names it again.
+    pub lost_bench: Option<PathBuf>,
     /// The commands that do what was done, in its order.
     pub done: Vec<String>,
     /// What went wrong beside an act, newest last.
@@ -289,7 +302,7 @@ impl Desk {
             discovered: None,
             looking: None,
             bench: None,
-            bench_is_other: false,
+            lost_bench: None,
             done: Vec::new(),
             notices: Vec::new(),
             next_id: 2,
@@ -369,11 +382,11 @@ impl DeskLog {
         }
     }
 
-    /// SHA-256 of its bytes; where it was not read, what a session remembers, or nothing.
-    pub fn sha256(&self) -> &str {
+    /// What it was read from; where it was not read, what a session remembers, or nothing.
+    pub fn read_from(&self) -> ReadFrom {
         match &self.content {
-            LogContent::Open(open) => open.log.raw().sha256(),
-            _ => self.remembered.as_deref().unwrap_or_default(),
+            LogContent::Open(open) => open.read_from(),
+            _ => self.remembered.clone().unwrap_or_default(),
         }
     }
 }

@@ -9,7 +9,6 @@ use std::thread;
 use tokio::sync::watch;
 
 use super::act::Act;
-use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::DeskMapping;
 use super::desk::{
@@ -19,7 +18,7 @@ use super::desk::{
 use super::guarded::{Ended, guarded};
 use super::lay::{file, keep, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
-use super::places::{Places, Stamp};
+use super::places::{Places, Stamp, as_typed};
 use super::reading::{FileContent, lay_seen, read};
 use super::saved::Saved;
 use super::search::SearchTask;
@@ -53,8 +52,7 @@ impl Engine {
     /// An empty desk, and the thread that reads and compares.
     pub fn start(places: Places, live: Arc<Live>) -> Result<Arc<Self>, WorkbenchError> {
         let mut desk = Desk::new();
-        let (bench, file) = live.bench();
-        desk.bench = file.map(|file| BenchFile::of(bench, file));
+        desk.bench = live.bench().1.map(as_typed);
         let (desk, beat) = (Mutex::new(desk), watch::Sender::new(0));
         let engine =
             Arc::new(Self { desk, woken: Condvar::new(), beat, places, live, ended: AtomicBool::new(false) });

@@ -100,8 +100,8 @@ pub enum ActError {
     Spelling(String),
     /// Logs whose columns mean different things by the same command.
     #[error(
-        "{0} and {1} are read by different mappings, and a command takes one for all of its logs: say the columns of one as those \
-         of the other, or choose `look` for it"
+        "{0} and {1} are read by different mappings, and a command takes one for all of its logs: have `its columns ...` of \
+         one read by the mapping of the other, or choose `look` for it"
     )]
     Mappings(String, String),
     /// No log to fit on.
@@ -142,23 +142,22 @@ pub(super) struct Broken;
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
 
-/// A bench that is not the one of the session.
+/// A capture whose frames are said otherwise than a session remembers.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum OtherBench {
-    /// It, or a file that it names.
-    #[error(
-        "the bench file {0} has changed since the session was saved, or a file that it names: captures are read as it says now"
-    )]
-    Changed(String),
-    /// The one that was named now, and the one of the session.
-    #[error("captures are read by {0}; the session was saved with {1}")]
-    Other(String, String),
-    /// The session has none.
-    #[error("captures are read by {0}, which the session does not name")]
-    Unnamed(String),
-    /// It cannot be read any more.
-    #[error("captures are read as the built-in bench says, and not as when the session was saved: {0}")]
-    Gone(String),
+#[error("{log} is read by {bench} now, and the bench file said otherwise when the session was saved")]
+pub(super) struct OtherBench {
+    pub log: String,
+    pub bench: String,
+}
+
+/// A bench file of a session that cannot be read any more.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "captures, margins and the live view are of the bench that is built in, and not of the session's: {why}"
+)]
+pub(super) struct LostBench {
+    pub file: PathBuf,
+    pub why: String,
 }
 
 /// A session whose commands name files from another folder.

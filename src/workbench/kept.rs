@@ -75,7 +75,7 @@ fn saved(
     let model = &desk.model(*model).ok()?.model;
     let paths = |logs: &[ReadLog]| -> Option<Vec<PathBuf>> {
         let path = |read: &ReadLog| {
-            let log = desk.log(read.id).ok().filter(|log| log.sha256() == read.sha256)?;
+            let log = desk.log(read.id).ok().filter(|log| log.read_from() == read.from)?;
             // A session knows a log by its path alone.
             let is_it = |other: &DeskLog| other.path != log.path || other.choice == log.choice;
             desk.logs.iter().all(is_it).then_some(())?;
@@ -155,12 +155,11 @@ fn outdated(search: &'static str, path: &Path) -> Outdated {
 
 fn log_at(desk: &Desk, path: &Path) -> Option<ReadLog> {
     let log = desk.logs.iter().find(|log| whole(&log.path) == *path)?;
-    Some(ReadLog { id: log.id, sha256: log.sha256().to_owned() })
+    Some(ReadLog { id: log.id, from: log.read_from() })
 }
 
-/// Takes away the answers that were of a log which is another now, or cannot be read, and says so.
-pub(super) fn drop_of_log(desk: &mut Desk, log: u64) {
-    let name = desk.log(log).map(|log| log.typed.clone()).unwrap_or_default();
+/// Takes away the answers that were of a log, since the file of this name is another now or cannot be read, and says so.
+pub(super) fn drop_of_log(desk: &mut Desk, log: u64, name: &str) {
     let is_of = |it: &Answered| it.of.fit.iter().chain(&it.of.held_out).any(|read| read.id == log);
     let mut dropped = Vec::new();
     if desk.answered.take_if(|it| is_of(it)).is_some() {
@@ -171,6 +170,6 @@ pub(super) fn drop_of_log(desk: &mut Desk, log: u64) {
     }
     let said = dropped
         .into_iter()
-        .map(|search| Outdated::File { search: search.name(), file: name.clone() }.to_string());
+        .map(|search| Outdated::File { search: search.name(), file: name.to_owned() }.to_string());
     desk.notices.extend(said);
 }

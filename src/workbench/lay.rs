@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::act::Act;
 use super::choice::Choice;
 use super::columns::DeskMapping;
-use super::desk::{Desk, DeskLog, DeskModel, LogContent, LogUse, Origin, SearchInputs, SearchState};
+use super::desk::{
+    Desk, DeskLog, DeskModel, LogContent, LogUse, Origin, ReadFrom, SearchInputs, SearchState,
+};
 use super::error::ChangedModel;
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedLog, SavedModel};
@@ -21,13 +23,13 @@ pub(super) fn lay_log(
     path: PathBuf,
     role: LogUse,
     choice: Choice,
-    saved: Option<(String, Option<DeskMapping>)>,
+    saved: Option<(ReadFrom, Option<DeskMapping>)>,
 ) {
     // By the path that a command would have: a model's ladder names its logs by it.
     let (id, path) = (desk.fresh_id(), as_typed(&path));
     let typed = path.display().to_string();
     let content = LogContent::Opening;
-    let (remembered, mapping) = saved.map_or((None, None), |(sha256, mapping)| (Some(sha256), mapping));
+    let (remembered, mapping) = saved.map_or((None, None), |(from, mapping)| (Some(from), mapping));
     let mapping = mapping.map(Arc::new);
     desk.logs.push(DeskLog {
         id,
@@ -86,7 +88,10 @@ fn lay_saved_logs(desk: &mut Desk, places: &Places, logs: Vec<SavedLog>) {
                 let name = log.mapping.map(|mapping| mapping.name).unwrap_or_default();
                 desk.notices.push(ActError::NoMapping(name).to_string());
             }
-            Ok(path) => lay_log(desk, path, log.role, log.choice, Some((log.sha256, log.mapping))),
+            Ok(path) => {
+                let from = ReadFrom { sha256: log.sha256, bench: log.bench_sha256 };
+                lay_log(desk, path, log.role, log.choice, Some((from, log.mapping)));
+            }
             Err(error) => desk.notices.push(explained(&error)),
         }
     }

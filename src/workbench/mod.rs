@@ -123,14 +123,13 @@ fn open(config: &WorkbenchConfig) -> Result<Arc<Engine>, WorkbenchError> {
     if let Some(saved) = &saved {
         places.admit(saved.files())?;
     }
-    let remembered = saved.as_ref().and_then(|saved| saved.bench.as_ref());
+    let remembered = saved.as_ref().and_then(|saved| saved.bench.as_deref());
     let bench = ChosenBench::of((&config.bench, config.bench_file.as_deref()), remembered, &places);
     let engine = Engine::start(places, Live::new(bench.config, bench.file))?;
-    // Without a session there is nothing to differ from.
-    if let Some(differs) = bench.differs.filter(|_| saved.is_some()) {
+    if let Some(lost) = bench.lost {
         engine.change(|desk| {
-            desk.bench_is_other = true;
-            desk.notices.push(differs.to_string());
+            desk.notices.push(lost.to_string());
+            desk.lost_bench = Some(lost.file);
         });
     }
     engine.begin(demo.commands, logs, &config.models, saved)?;

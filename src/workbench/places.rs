@@ -21,8 +21,8 @@ pub enum PlaceError {
         /// What the system says.
         source: io::Error,
     },
-    /// A pipe or a device: to read it may never end.
-    #[error("{path} is no file with content of its own: a pipe, a socket or a device")]
+    /// A folder, or a pipe or a device: to read that may never end.
+    #[error("{path} is no file with content of its own: a folder, a pipe, a socket or a device")]
     NoFile {
         /// What was named.
         path: PathBuf,

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::bands::Bands;
+use super::bench_file::hash_of;
 use super::columns::{DeskMapping, Guess};
 use super::desk::{Desk, LogContent, OpenLog};
-use super::error::{Changed, OtherColumns};
+use super::error::{Changed, OtherBench, OtherColumns};
 use super::guarded::Ended;
 use super::kept;
 use super::places::Stamp;
@@ -50,8 +51,8 @@ pub(super) fn read(
     let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
     let (bands, channels) = (Bands::of(&opened.log), ShownChannel::all_of(opened.log.raw()));
     // Our own say themselves what they are.
-    let is_capture = opened.frames.is_some();
-    let takes_mapping = !is_capture && !["CSV", "recording"].contains(&opened.format);
+    let bench = opened.frames.is_some().then(|| hash_of(config.bench.as_deref()));
+    let takes_mapping = bench.is_none() && !["CSV", "recording"].contains(&opened.format);
     let (format, log, part) = (opened.format, opened.log, opened.notes.part);
     Ok(FileContent::Open(Box::new(OpenLog {
         stamp,
@@ -59,7 +60,7 @@ pub(super) fn read(
         channels,
         notes,
         format,
-        is_capture,
+        bench,
         takes_mapping,
         part,
         log,
@@ -73,7 +74,7 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     if matches!(seen, Err(Ended::Cancelled)) {
         return;
     }
-    let bench_is_other = desk.bench_is_other;
+    let bench = desk.bench.as_ref().map(|file| file.display().to_string());
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
     let (mut is_other, mut means_other) = (false, false);
@@ -90,9 +91,12 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
         }
         Ok(FileContent::Parts(parts)) => LogContent::Parts(parts),
         Ok(FileContent::Open(open)) => {
-            let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
-            means_other = remembered.is_some() && open.is_capture && bench_is_other;
-            is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
+            let remembered = log.remembered.take().filter(|it| !it.sha256.is_empty());
+            if let Some(remembered) = remembered {
+                let now = open.read_from();
+                is_other = remembered.sha256 != now.sha256;
+                means_other = remembered.bench.is_some() && remembered.bench != now.bench;
+            }
             LogContent::Open(Arc::from(open))
         }
         // A file that is being written may end within a row.
@@ -103,10 +107,14 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     let (name, is_failed) =
         (log.typed.clone(), matches!(log.content, LogContent::Failed(_) | LogContent::Parts(_)));
     if is_other {
-        desk.notices.push(Changed(name).to_string());
+        desk.notices.push(Changed(name.clone()).to_string());
+    } else if means_other {
+        let bench = bench.unwrap_or_else(|| "the bench that is built in".to_owned());
+        desk.notices.push(OtherBench { log: name, bench }.to_string());
+        return kept::drop_of_log(desk, id, "the bench file");
     }
-    if is_other || means_other || is_failed {
-        kept::drop_of_log(desk, id);
+    if is_other || is_failed {
+        kept::drop_of_log(desk, id, &name);
     }
 }
 

@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
-use super::bench_file::BenchFile;
 use super::choice::Choice;
 use super::columns::DeskMapping;
-use super::desk::{Desk, LogUse, Origin};
+use super::desk::{Desk, LogUse, Origin, ReadFrom};
 use super::error::OtherFolder;
 use super::kept::{self, SavedAnswer};
 use super::places::whole;
@@ -34,12 +33,12 @@ pub(super) struct Saved {
     /// The folder in which the commands are typed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folder: Option<PathBuf>,
+    /// The bench file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bench: Option<PathBuf>,
     /// The commands that do by hand what was done.
     #[serde(default)]
     pub done: Vec<String>,
-    /// By which its captures are read.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bench: Option<BenchFile>,
     #[serde(default)]
     pub logs: Vec<SavedLog>,
     #[serde(default)]
@@ -56,6 +55,9 @@ pub(super) struct SavedLog {
     pub path: PathBuf,
     /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
     pub sha256: String,
+    /// Of a capture that of what the bench file said of its frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bench_sha256: Option<String>,
     pub role: LogUse,
     /// Which part of it counts.
     #[serde(default, skip_serializing_if = "Choice::is_all")]
@@ -82,12 +84,10 @@ pub(super) struct SavedModel {
 impl Saved {
     /// What lies on the desk.
     pub fn of(desk: &Desk) -> Self {
-        let logs = desk.logs.iter().map(|log| SavedLog {
-            path: whole(&log.path),
-            sha256: log.sha256().to_owned(),
-            role: log.role,
-            choice: log.choice.clone(),
-            mapping: log.mapping.as_deref().cloned(),
+        let logs = desk.logs.iter().map(|log| {
+            let ReadFrom { sha256, bench: bench_sha256 } = log.read_from();
+            let (path, role, choice) = (whole(&log.path), log.role, log.choice.clone());
+            SavedLog { path, sha256, bench_sha256, role, choice, mapping: log.mapping.as_deref().cloned() }
         });
         let kept = || desk.models.iter().filter(|model| model.origin != Origin::Tried);
         let models = kept().map(|it| match &it.origin {
@@ -106,7 +106,7 @@ impl Saved {
             shows_paper: desk.models.first().is_some_and(|paper| paper.shown),
             folder: std::env::current_dir().ok(),
             done: desk.done.clone(),
-            bench: desk.bench.as_ref().map(|file| BenchFile { path: whole(&file.path), ..file.clone() }),
+            bench: desk.bench.as_ref().or(desk.lost_bench.as_ref()).map(|file| whole(file)),
             logs: logs.collect(),
             models: models.collect(),
             answers: kept::of(desk),
@@ -126,7 +126,7 @@ impl Saved {
 
     /// The files that it names.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
-        let bench = self.bench.iter().map(|bench| bench.path.clone());
+        let bench = self.bench.iter().cloned();
         let logs = self.logs.iter().map(|log| log.path.clone());
         bench.chain(logs).chain(self.models.iter().filter_map(|model| model.file.clone()))
     }

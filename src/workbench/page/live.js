@@ -6,6 +6,8 @@ import { button, element, fill, number, table } from "./dom.js";
 
 const PERIOD_MS = 250;
 const PLOTS = [["Body rate", /^body_rate/], ["Body angle", /^body_angle/], ["Rotor rates", /^propeller_rate/], ["Left for the rotors", /^applied/], ["Disturbance torque", /^disturbance/], ["Battery", /^battery_voltage/]];
+// Of sensors that few benches have: drawn where one of them has a value.
+const RARE = [["Thrusts", /^thrust/], ["Currents", /^current/], ["Temperatures", /temperature/]];
 
 let host = null;
 let timer = null;
@@ -16,14 +18,15 @@ let made = "";
 let head = null;
 let foot = null;
 
-// Which columns are drawn together: those of a plot by its name; of the rest, which few benches have, what has a value, by its unit.
+// Which columns are drawn together: by the names of the plots, and of any other that has a value by its unit.
 function plotsOf(columns) {
   const every = columns.map((it, index) => ({ ...it, index }));
-  const plots = PLOTS.map(([title, pattern]) => [title, every.filter(it => pattern.test(it.name))]);
   const isKnown = ({ index }) => moments.some(([, values]) => values[index] !== null);
-  const rest = every.filter(it => !PLOTS.some(([, pattern]) => pattern.test(it.name)) && isKnown(it));
-  const units = [...new Set(rest.map(it => it.unit))];
-  return [...plots, ...units.map(unit => [`Others in ${unit}`, rest.filter(it => it.unit === unit)])].filter(([, own]) => own.length);
+  const of = plots => plots.map(([title, pattern]) => [title, every.filter(it => pattern.test(it.name))]);
+  const rare = of(RARE).map(([title, own]) => [title, own.filter(isKnown)]);
+  const rest = every.filter(it => ![...PLOTS, ...RARE].some(([, pattern]) => pattern.test(it.name)) && isKnown(it));
+  const others = [...new Set(rest.map(it => it.unit))].map(unit => [`Others [${unit}]`, rest.filter(it => it.unit === unit)]);
+  return [...of(PLOTS), ...rare, ...others].filter(([, own]) => own.length);
 }
 
 function plot([title, own]) {

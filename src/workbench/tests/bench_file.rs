@@ -7,8 +7,10 @@ use serde_json::{Value, json};
 
 use super::client::Running;
 use crate::bench::BenchConfig;
+use crate::can::DatabaseConfig;
 use crate::log::csv::content_hash;
 use crate::model::Model;
+use crate::workbench::bench_file::hash_of;
 use crate::workbench::kept::{KeptSearch, SavedAnswer, hash};
 use crate::workbench::{WorkbenchConfig, saved};
 
@@ -20,9 +22,13 @@ fn capture(folder: &Path) -> (PathBuf, PathBuf) {
     ];
     let [capture, bench] = kept.map(|(name, text)| {
         let file = folder.join(name);
+        // A database of its own, beside one that is built in.
+        let text = text.replace("file = \"bench\"", "file = \"own.dbc\"");
         fs::write(&file, text).expect("written");
         file
     });
+    let database = DatabaseConfig { file: "bench".to_owned(), node_mask: None };
+    fs::write(folder.join("own.dbc"), database.bytes().expect("built in")).expect("written");
     (capture, bench)
 }
 
@@ -77,39 +83,117 @@ fn answer(capture: &Path) -> SavedAnswer {
     }
 }
 
+/// A session with a capture and an answer about it.
+fn session(folder: &Path, capture: &Path, bench: &Path) -> (PathBuf, usize) {
+    let (channels, _, it) = opened(WorkbenchConfig { logs: vec![capture.to_owned()], ..load(bench) });
+    let session = folder.join("session.toml");
+    fs::write(&session, it.get("/api/export?what=session").body).expect("written");
+    let mut text = saved::read(&session).expect("it reads");
+    text.answers.push(answer(capture));
+    fs::write(&session, toml::to_string(&text).expect("text")).expect("written");
+    (session, channels)
+}
+
+/// What is there when a session is opened again.
+#[derive(Debug, PartialEq)]
+struct Again {
+    channels: usize,
+    notices: Vec<String>,
+    has_answer: bool,
+    names_the_bench: bool,
+    /// Of the live view.
+    bench: Value,
+    /// What would be saved.
+    saved: String,
+}
+
+impl Again {
+    fn of(session: &Path, config: WorkbenchConfig) -> Self {
+        let (channels, desk, it) = opened(WorkbenchConfig { session: Some(session.to_owned()), ..config });
+        Self {
+            channels,
+            notices: serde_json::from_value(desk["notices"].clone()).expect("sentences"),
+            has_answer: desk["answered"].is_object(),
+            names_the_bench: names_the_bench(&desk),
+            bench: it.json("/api/live?since=0")["bench"].clone(),
+            saved: it.get("/api/export?what=session").body,
+        }
+    }
+
+    /// The first notice names `bench`, the second what was left out of the session since it is another.
+    fn is_of_another(&self, bench: &str) -> bool {
+        let [said, left_out] = &self.notices[..] else { return false };
+        let is_left_out = left_out.contains("`diagnose`") && left_out.contains("the bench file is not");
+        said.contains(bench) && is_left_out && !self.has_answer
+    }
+}
+
 /// Opened without a word of the bench file a week later, the capture is what it was; of another file, or of none, what was found of
 /// it is left out, and both is said.
 #[test]
 fn a_session_remembers_the_bench_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let (capture, bench) = capture(folder.path());
-    let (own, _, it) = opened(WorkbenchConfig { logs: vec![capture.clone()], ..load(&bench) });
-    let session = folder.path().join("session.toml");
-    fs::write(&session, it.get("/api/export?what=session").body).expect("written");
-    drop(it);
-    let mut text = saved::read(&session).expect("it reads");
-    text.answers.push(answer(&capture));
-    fs::write(&session, toml::to_string(&text).expect("text")).expect("written");
+    let (session, own) = session(folder.path(), &capture, &bench);
+    let as_it_was = Again::of(&session, WorkbenchConfig::default());
+    assert!(
+        as_it_was.notices.is_empty() && as_it_was.has_answer && as_it_was.names_the_bench,
+        "{as_it_was:?}"
+    );
+    assert_eq!((as_it_was.channels, &as_it_was.bench), (own, &json!("kept")));
+    assert_eq!(Again::of(&session, load(&bench)), as_it_was);
 
-    let reopened = |config: WorkbenchConfig| {
-        let (channels, desk, it) = opened(WorkbenchConfig { session: Some(session.clone()), ..config });
-        let notices: Vec<String> = serde_json::from_value(desk["notices"].clone()).expect("sentences");
-        let name = it.json("/api/live?since=0")["bench"].clone();
-        (channels, notices, desk["answered"].is_object(), names_the_bench(&desk), name)
-    };
-    let as_it_was = (own, Vec::new(), true, true, json!("kept"));
-    assert_eq!(reopened(WorkbenchConfig::default()), as_it_was);
-    assert_eq!(reopened(load(&bench)), as_it_was);
+    // What says nothing of frames changes nothing, and neither does a path that leads there otherwise.
+    let text = fs::read_to_string(&bench).expect("a bench");
+    fs::write(&bench, text.replace("hold_s = 0.05", "hold_s = 0.06 # longer")).expect("written");
+    assert_eq!(Again::of(&session, WorkbenchConfig::default()), as_it_was);
+    let around = folder.path().join("..").join(folder.path().file_name().expect("a name")).join("bench.toml");
+    assert!(Again::of(&session, load(&around)).notices.is_empty());
+
     let other = folder.path().join("other.toml");
-    let words = fs::read_to_string(&bench).expect("a bench").replace("factor = -1", "factor = 1");
-    fs::write(&other, &words).expect("written");
-    let (_, said, has_answer, ..) = reopened(load(&other));
-    assert!(said.len() == 2 && said[0].contains("other.toml") && !has_answer, "{said:?}");
-    fs::write(&bench, &words).expect("written");
-    let (channels, said, has_answer, ..) = reopened(WorkbenchConfig::default());
-    assert!(channels == own && said.len() == 2 && said[0].contains("has changed") && !has_answer, "{said:?}");
-    fs::remove_file(&bench).expect("removed");
-    let (channels, said, has_answer, has_bench, name) = reopened(WorkbenchConfig::default());
-    assert!(channels < own && said.len() == 2 && said[0].contains("bench.toml") && !has_answer, "{said:?}");
-    assert!(!has_bench && name == "bench");
+    fs::write(&other, text.replace("factor = -1", "factor = 1")).expect("written");
+    let found = Again::of(&session, load(&other));
+    assert!(found.is_of_another("other.toml") && found.channels == own, "{found:?}");
+    fs::copy(&other, &bench).expect("copied");
+    assert!(Again::of(&session, WorkbenchConfig::default()).is_of_another("bench.toml"));
+    fs::write(&bench, &text).expect("written");
+    assert_eq!(Again::of(&session, WorkbenchConfig::default()), as_it_was);
+
+    // A database that it names.
+    let database = folder.path().join("own.dbc");
+    let frames = fs::read_to_string(&database).expect("a database");
+    fs::write(&database, frames + "\nCM_ \"another\";\n").expect("written");
+    assert!(Again::of(&session, WorkbenchConfig::default()).is_of_another("bench.toml"));
+}
+
+/// Saved while its bench file is away, a session still names it; back again, all is as it was.
+#[test]
+fn a_bench_file_that_is_away_is_not_forgotten() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (capture, bench) = capture(folder.path());
+    let (session, own) = session(folder.path(), &capture, &bench);
+    let away = folder.path().join("away.toml");
+    fs::rename(&bench, &away).expect("moved");
+    let found = Again::of(&session, WorkbenchConfig::default());
+    let [lost, left_out, _] = &found.notices[..] else { panic!("{found:?}") };
+    assert!(lost.contains("bench.toml") && left_out.contains("the bench that is built in"), "{found:?}");
+    assert!(found.channels < own && !found.has_answer && !found.names_the_bench, "{found:?}");
+    assert_eq!(found.bench, "bench");
+    fs::rename(&away, &bench).expect("moved");
+    let saved = folder.path().join("saved.toml");
+    fs::write(&saved, &found.saved).expect("written");
+    assert_eq!(Again::of(&saved, WorkbenchConfig::default()).channels, own);
+}
+
+/// A pipe in the place of a database holds nothing up but the log that needs it.
+#[test]
+fn what_a_bench_file_says_is_hashed_without_its_pipes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, bench) = capture(folder.path());
+    let database = folder.path().join("own.dbc");
+    let before = hash_of(Some(&bench));
+    fs::remove_file(&database).expect("removed");
+    assert!(std::process::Command::new("mkfifo").arg(&database).status().expect("it runs").success());
+    let with_pipe = hash_of(Some(&bench));
+    assert!(with_pipe != before && with_pipe != hash_of(None));
 }
