@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn mappings_that_say_the_same_in_another_order_read_alike() {
         let signal = |name: &str, column: &str| {
-            format!("[[signal]]\nname = \"{name}\"\ncolumn = \"{column}\"\nunit = \"V\"\n")
+            format!("[[signal]]\nname = \"{name}\"\ncolumn = \"{column}\"\nunit = \"rad/s\"\n")
         };
         let mapping = |description: &str, signals: [String; 2]| {
             let text = format!(
@@ -95,9 +95,11 @@ mod tests {
             );
             Mapping::parse(&text, Path::new("m.toml")).expect("a mapping")
         };
-        let (volts, other) = (signal("battery_voltage_v", "Volts"), signal("other", "Other"));
-        let one = mapping("one.csv", [volts.clone(), other.clone()]);
-        assert!(reads_like(&one, &mapping("two.csv", [other.clone(), volts])));
-        assert!(!reads_like(&one, &mapping("one.csv", [signal("battery_voltage_v", "Other V"), other])));
+        let [left, right] = [1, 2].map(|rotor| format!("propeller_rate_{rotor}_rad_s"));
+        let (left_spin, right_spin) = (signal(&left, "Left"), signal(&right, "Right"));
+        let one = mapping("one.csv", [left_spin.clone(), right_spin.clone()]);
+        assert!(reads_like(&one, &mapping("two.csv", [right_spin, left_spin])));
+        let crossed = mapping("one.csv", [signal(&left, "Right"), signal(&right, "Left")]);
+        assert!(!reads_like(&one, &crossed));
     }
 }
