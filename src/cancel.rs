@@ -119,6 +119,19 @@ pub fn check_at(row: usize) {
     }
 }
 
+/// Whether the work is left within itself, once its end was asked for: [`Cancel::run`] says so of any that ends, too.
+#[cfg(test)]
+pub(crate) fn is_left_within<T>(work: impl FnOnce() -> T) -> bool {
+    let cancel = Cancel::default();
+    cancel.request();
+    let mut is_through = false;
+    let _ = cancel.run(|| {
+        work();
+        is_through = true;
+    });
+    !is_through
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

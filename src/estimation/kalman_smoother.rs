@@ -211,6 +211,11 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
+    #[test]
+    fn a_likelihood_that_nobody_wants_any_more_is_left() {
+        assert!(cancel::is_left_within(|| likelihood(&walk(10), 10)));
+    }
+
     /// A random walk that is read with noise, now and then not at all.
     struct Walk {
         read: Vec<f64>,

@@ -81,6 +81,14 @@ pub fn middle(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cancel::is_left_within;
+
+    #[test]
+    fn what_looks_through_a_column_is_left_when_its_end_is_asked_for() {
+        assert!(is_left_within(|| sorted([1.0])));
+        assert!(is_left_within(|| quantile([1.0], 0.5)));
+        assert!(is_left_within(|| quantiles([1.0], [0.5])));
+    }
 
     #[test]
     fn ranks_count_what_is_finite() {

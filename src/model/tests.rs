@@ -1,5 +1,6 @@
 use crate::model::*;
 
+mod ended;
 mod memory;
 
 #[test]

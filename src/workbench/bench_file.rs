@@ -1,13 +1,11 @@
 //! The bench file: it says what the frames of captures mean, which controller flies, and where the live view listens. A session
 //! names it, and remembers what it said of each capture.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::LostBench;
 use super::places::Places;
 use crate::bench::BenchConfig;
-use crate::file::{read_settings, read_settings_text};
 use crate::log::csv::content_hash;
 use crate::report::findings::explained;
 
@@ -41,16 +39,20 @@ impl ChosenBench {
 /// SHA-256 of what a bench file says of the frames of a capture, and of the files that it names for that; of the bench that is built in
 /// without one.
 pub(super) fn hash_of(file: Option<&Path>) -> String {
-    let text = file.and_then(|file| read_settings_text(file).ok()).unwrap_or_default();
-    let parsed = file.and_then(|file| BenchConfig::parse(&text, file).ok()).unwrap_or_default();
-    let mut said = toml::to_string(&parsed.bus).unwrap_or_default().into_bytes();
-    said.extend(parsed.period_s.to_le_bytes());
-    // By the whole paths of the files that it names; a name without an ending is built in.
-    let mut found = BenchConfig::load(file).unwrap_or_default();
-    for named in found.bus.file_names().filter(|name| Path::new(name).extension().is_some()) {
-        // A pipe says nothing, and may never end.
-        let is_file = fs::metadata(&*named).is_ok_and(|it| it.is_file());
-        said.extend(is_file.then(|| read_settings(Path::new(&*named)).ok()).flatten().unwrap_or_default());
+    let BenchConfig { mut bus, period_s, .. } = BenchConfig::load(file).unwrap_or_default();
+    let files = bus.files().unwrap_or_default();
+    // Wherever its folder lies.
+    for name in bus.file_names() {
+        *name = own_name(name);
     }
+    let mut said = toml::to_string(&bus).unwrap_or_default().into_bytes();
+    said.extend(period_s.to_le_bytes());
+    files.values().for_each(|text| said.extend(text.as_bytes()));
     content_hash(&said)
+}
+
+/// The name of a file in its folder.
+fn own_name(path: &str) -> String {
+    let name = Path::new(path).file_name();
+    name.map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }

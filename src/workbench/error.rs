@@ -100,8 +100,8 @@ pub enum ActError {
     Spelling(String),
     /// Logs whose columns mean different things by the same command.
     #[error(
-        "{0} and {1} are read by different mappings, and a command takes one for all of its logs: have `its columns ...` of \
-         one read by the mapping of the other, or choose `look` for it"
+        "{0} and {1} are read by different mappings, and a command takes one for all of its logs: press `its columns ...` \
+         of one and read it by the mapping of the other, or choose `look` for it"
     )]
     Mappings(String, String),
     /// No log to fit on.
@@ -153,7 +153,7 @@ pub(super) struct OtherBench {
 /// A bench file of a session that cannot be read any more.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "captures, margins and the live view are of the bench that is built in, and not of the session's: {why}"
+    "the bench file of the session cannot be read ({why}): captures, margins and the live view are those of the built-in bench"
 )]
 pub(super) struct LostBench {
     pub file: PathBuf,

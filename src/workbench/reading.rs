@@ -109,7 +109,7 @@ pub(super) fn lay_seen(desk: &mut Desk, id: u64, seen: Result<FileContent, Ended
     if is_other {
         desk.notices.push(Changed(name.clone()).to_string());
     } else if means_other {
-        let bench = bench.unwrap_or_else(|| "the bench that is built in".to_owned());
+        let bench = bench.unwrap_or_else(|| "the built-in bench".to_owned());
         desk.notices.push(OtherBench { log: name, bench }.to_string());
         return kept::drop_of_log(desk, id, "the bench file");
     }

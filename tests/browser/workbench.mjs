@@ -659,20 +659,32 @@ async function grows() {
   await picture("11-grows");
 }
 
+const onBench = (...given) => spawn(program, [...given, "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+const exitOf = process => new Promise(done => process.on("exit", done));
+
+// A bench that runs until it is ended.
+function fly() {
+  const emulator = onBench("emulate", "--shm");
+  const controller = onBench("control");
+  const ended = Promise.all([emulator, controller].map(exitOf));
+  return async () => {
+    controller.kill("SIGINT");
+    emulator.kill("SIGINT");
+    await ended;
+  };
+}
+
 async function live() {
   step("a running bench");
   writeFileSync(join(folder, "bench.toml"), `name = "browser-${process.pid}"\n`);
-  const emulator = spawn(program, ["emulate", "--shm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
-  const controller = spawn(program, ["control", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
-  const exitOf = process => new Promise(done => process.on("exit", done));
-  const ended = Promise.all([emulator, controller].map(exitOf));
+  const end = fly();
   try {
     await page.goto(await start("--config", "bench.toml"));
     await page.getByRole("button", { name: "Live" }).click();
     await page.locator("#live-state[data-state]").waitFor();
     await page.locator("#live canvas").first().waitFor();
     // The loop at work, for long enough to be seen.
-    const armed = await exitOf(spawn(program, ["arm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] }));
+    const armed = await exitOf(onBench("arm"));
     check(armed === 0, "armed");
     await page.locator("#live-state[data-state=armed]").waitFor();
     await page.waitForTimeout(20000);
@@ -685,9 +697,7 @@ async function live() {
     await legends();
     await left();
   } finally {
-    controller.kill("SIGINT");
-    emulator.kill("SIGINT");
-    await ended;
+    await end();
   }
   await page.getByText(/gives a sign of life/).waitFor();
   await again();
@@ -718,15 +728,11 @@ async function left() {
 
 // A bench that has begun anew is shown as it is now, and was not armed by anybody.
 async function again() {
-  const emulator = spawn(program, ["emulate", "--shm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
-  const controller = spawn(program, ["control", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
-  const ended = Promise.all([emulator, controller].map(it => new Promise(done => it.on("exit", done))));
+  const end = fly();
   try {
     await page.locator("#live-state[data-state=disarmed]").waitFor();
   } finally {
-    controller.kill("SIGINT");
-    emulator.kill("SIGINT");
-    await ended;
+    await end();
   }
 }
 

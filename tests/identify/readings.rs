@@ -77,8 +77,6 @@ fn outliers_do_not_move_what_is_identified() {
     for delay in [0.0, 0.03] {
         let whole =
             run(&EmulatorConfig { command_delay_s: delay, ..bench(12) }, prbs(600.0, 4), "outliers.csv");
-        // Beside a delay one of them is enough.
-        let wrong = if delay > 0.0 { &wrong[1..2] } else { &wrong[..] };
         for (name, with) in wrong {
             let mut random = ChaCha8Rng::seed_from_u64(5);
             let rates = whole.column(RATE).expect("measured").iter();

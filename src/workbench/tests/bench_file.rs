@@ -176,7 +176,7 @@ fn a_bench_file_that_is_away_is_not_forgotten() {
     fs::rename(&bench, &away).expect("moved");
     let found = Again::of(&session, WorkbenchConfig::default());
     let [lost, left_out, _] = &found.notices[..] else { panic!("{found:?}") };
-    assert!(lost.contains("bench.toml") && left_out.contains("the bench that is built in"), "{found:?}");
+    assert!(lost.contains("bench.toml") && left_out.contains("the built-in bench"), "{found:?}");
     assert!(found.channels < own && !found.has_answer && !found.names_the_bench, "{found:?}");
     assert_eq!(found.bench, "bench");
     fs::rename(&away, &bench).expect("moved");
@@ -185,15 +185,35 @@ fn a_bench_file_that_is_away_is_not_forgotten() {
     assert_eq!(Again::of(&saved, WorkbenchConfig::default()).channels, own);
 }
 
-/// A pipe in the place of a database holds nothing up but the log that needs it.
+/// A pipe in the place of a database, on which nobody ever writes, holds up the log that needs it, and not the server.
 #[test]
-fn what_a_bench_file_says_is_hashed_without_its_pipes() {
+fn a_pipe_in_the_place_of_a_database_leaves_the_server_alone() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, bench) = capture(folder.path());
+    let (capture, bench) = capture(folder.path());
     let database = folder.path().join("own.dbc");
-    let before = hash_of(Some(&bench));
     fs::remove_file(&database).expect("removed");
     assert!(std::process::Command::new("mkfifo").arg(&database).status().expect("it runs").success());
-    let with_pipe = hash_of(Some(&bench));
-    assert!(with_pipe != before && with_pipe != hash_of(None));
+    let it = Running::of(WorkbenchConfig { logs: vec![capture], ..load(&bench) });
+    assert_eq!(it.json("/api/desk")["logs"][0]["state"], "opening");
+}
+
+/// Read anew after the bench file was changed, a capture is another log: what was found of it then is not of it.
+#[test]
+fn a_capture_is_of_the_bench_file_as_it_was_when_it_was_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (capture, bench) = capture(folder.path());
+    let (session, _) = session(folder.path(), &capture, &bench);
+    let (_, desk, it) = opened(WorkbenchConfig { session: Some(session), ..WorkbenchConfig::default() });
+    assert_eq!(desk["answered"]["is_current"], true);
+    let text = fs::read_to_string(&bench).expect("a bench");
+    fs::write(&bench, text.replace("factor = -1", "factor = 1")).expect("written");
+    let frames = fs::read(&capture).expect("a capture");
+    fs::write(&capture, &frames).expect("written anew");
+    it.act(&json!({ "act": "reread", "log": desk["logs"][0]["id"] }).to_string());
+    it.wait_for("read anew", |desk| desk["answered"]["is_current"] == false);
+    // The next session has no answer of another reading.
+    let saved = folder.path().join("saved.toml");
+    fs::write(&saved, it.get("/api/export?what=session").body).expect("written");
+    let saved = saved::read(&saved).expect("it reads");
+    assert!(saved.answers.is_empty() && saved.logs[0].bench_sha256 == Some(hash_of(Some(&bench))));
 }

@@ -50,16 +50,19 @@ fn a_recording_that_grows_is_compared_with_what_is_there() {
         let act = json!({ "act": "reread", "log": desk["logs"][0]["id"] });
         assert_eq!(it.act(&act.to_string()).status, 200);
     };
-    let desk = it.wait_for("compared", is_compared);
+    let mut desk = it.wait_for("compared", is_compared);
     assert_eq!(in_page(&desk), by_hand(&log));
-    let rows = desk["logs"][0]["rows"].as_u64().expect("rows");
-    grown_to(1.0);
-    reread(&desk);
-    let desk = it.wait_for("more", |desk| desk["logs"][0]["rows"].as_u64() > Some(rows) && is_compared(desk));
-    assert_eq!(in_page(&desk), by_hand(&log));
-    let ends = &desk["logs"][0]["ends_s"];
-    let plot = it.json(&format!("/api/plot?log={}&pixels=50&channel=body_rate_rad_s", desk["logs"][0]["id"]));
-    assert_eq!(plot["ends"], *ends);
+    for share in [0.7, 1.0] {
+        let rows = desk["logs"][0]["rows"].as_u64().expect("rows");
+        grown_to(share);
+        reread(&desk);
+        desk = it.wait_for("more", |desk| desk["logs"][0]["rows"].as_u64() > Some(rows) && is_compared(desk));
+        assert_eq!(in_page(&desk), by_hand(&log), "{share}");
+        let ends = &desk["logs"][0]["ends_s"];
+        let plot =
+            it.json(&format!("/api/plot?log={}&pixels=50&channel=body_rate_rad_s", desk["logs"][0]["id"]));
+        assert_eq!(plot["ends"], *ends);
+    }
     assert_eq!(desk["notices"], json!([]), "that it grows is no surprise");
     // Nothing is new: nobody hears of it.
     let revision = &desk["tick"]["revision"];
