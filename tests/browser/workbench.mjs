@@ -662,8 +662,8 @@ async function grows() {
 const onBench = (...given) => spawn(program, [...given, "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
 const exitOf = process => new Promise(done => process.on("exit", done));
 
-// A bench that runs until it is ended.
-function fly() {
+// A loop on the emulated bench, until it is ended.
+function loop() {
   const emulator = onBench("emulate", "--shm");
   const controller = onBench("control");
   const ended = Promise.all([emulator, controller].map(exitOf));
@@ -677,7 +677,7 @@ function fly() {
 async function live() {
   step("a running bench");
   writeFileSync(join(folder, "bench.toml"), `name = "browser-${process.pid}"\n`);
-  const end = fly();
+  const end = loop();
   try {
     await page.goto(await start("--config", "bench.toml"));
     await page.getByRole("button", { name: "Live" }).click();
@@ -728,7 +728,7 @@ async function left() {
 
 // A bench that has begun anew is shown as it is now, and was not armed by anybody.
 async function again() {
-  const end = fly();
+  const end = loop();
   try {
     await page.locator("#live-state[data-state=disarmed]").waitFor();
   } finally {
