@@ -20,7 +20,7 @@ use crate::effect::Site;
 use crate::estimation::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
 use crate::log::Cells;
-use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
+use crate::model::{BodyInput, Equations, Model, ModelError};
 use crate::screening::ScreenedLog;
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 use crate::threads;
@@ -182,7 +182,6 @@ fn torque_input<'a>(
     angle: Option<&'a [f64]>,
 ) -> TorqueInput<'a> {
     let (mut newest_rate, mut newest_angle) = (0.0, 0.0);
-    let mut trace = BodyTrace::default();
     let has_laws = equations.has_rate_sensor_laws();
     let mut gained = Vec::with_capacity(input.time.len());
     let mut true_rates = Vec::with_capacity(if has_laws { input.time.len() } else { 0 });
@@ -197,11 +196,8 @@ fn torque_input<'a>(
         if has_laws {
             true_rates.push(turned);
         }
-        trace.rate.clear();
-        trace.angle.clear();
-        let start = BodyStart { angle: newest_angle, rate: newest_rate, sensor: 0.0 };
-        body.simulate_body(input, row, row + 2, &start, &mut trace);
-        gained.push(trace.rate.get(1).map_or(0.0, |after| after - newest_rate));
+        let after = body.next_body_rate(input, row, newest_angle, newest_rate);
+        gained.push(after.map_or(0.0, |after| after - newest_rate));
     }
     let rate = if has_laws { Cow::Owned(true_rates) } else { Cow::Borrowed(rate) };
     TorqueInput { rows, time: &input.time, gained, rate, angle: angle.unwrap_or_default() }

@@ -14,7 +14,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{OutputError, UnitResiduals};
 use crate::estimation::unit_fit;
-use crate::model::{BodyInput, BodyTrace, Effect, Equations, Model, RotorTrace};
+use crate::model::{BodyInput, BodyTrace, Effect, Equations, Model, Remembered, RotorTrace};
 use crate::threads::spread_out;
 
 /// Windows of the body that are simulated on one core.
@@ -90,22 +90,19 @@ impl<'a> Problem<'a> {
             (first..unit, chain)
         });
         self.side_by_side(chains.collect(), out, |first, chain: &[RotorRun], out| {
-            let mut trace = RotorTrace::default();
             let start = self.data.units()[first].start;
+            let mut end = None;
             for (place, run) in chain.iter().enumerate() {
                 cancel::check();
                 let unit = first + place;
                 // Where the fit finds each run's start, the runs must not see each other.
                 let last = chain[..place].last().filter(|_| self.locals == 1);
-                let before = last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
-                rotor_block::simulate(equations, run, before, self.local(locals, unit), &mut trace);
+                let hole = last.and_then(|last| run.goes_on_after(last));
+                let before = hole.zip(end).map(|(hole, end): (f64, Remembered)| end.across(hole));
                 let rows = &self.data.units()[unit];
-                rotor_block::residuals(
-                    run,
-                    &trace,
-                    self.data.sigma[0],
-                    &mut out[rows.start - start..rows.end - start],
-                );
+                let out = &mut out[rows.start - start..rows.end - start];
+                let own = (self.local(locals, unit), self.data.sigma[0]);
+                end = Some(rotor_block::residuals(equations, run, before, own, out));
             }
         });
     }

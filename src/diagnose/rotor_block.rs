@@ -169,22 +169,32 @@ pub fn simulate(
     locals: &[f64],
     trace: &mut RotorTrace,
 ) {
+    equations.simulate_rotor(&run.input(), &start(run, before, locals), trace);
+}
+
+fn start(run: &RotorRun, before: Option<Remembered>, locals: &[f64]) -> RotorStart {
     let departure = locals.first().copied().unwrap_or(0.0);
-    let start = RotorStart {
+    RotorStart {
         rate: run.first_rate().map(|rate| rate + departure),
         slow: locals.get(1).copied().unwrap_or(0.0),
         before,
         is_first: run.rows.start == 0,
-    };
-    equations.simulate_rotor(&run.input(), &start, trace);
+    }
 }
 
-/// Residuals of one run over their standard deviation.
-pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]) {
-    let pairs = run.measured.iter().zip(&trace.measured).zip(&run.counts);
-    for (value, ((measured, simulated), counts)) in out.iter_mut().zip(pairs) {
-        *value = if *counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 };
+/// Simulates one run the same way, and writes its residuals over their standard deviation; what the next one remembers of it.
+pub fn residuals(
+    equations: &Equations,
+    run: &RotorRun,
+    before: Option<Remembered>,
+    (locals, sigma): (&[f64], f64),
+    out: &mut [f64],
+) -> Remembered {
+    let end = equations.rotor_readings(&run.input(), &start(run, before, locals), out);
+    for ((value, measured), counts) in out.iter_mut().zip(run.measured.iter()).zip(&run.counts) {
+        *value = if *counts && measured.is_finite() { (measured - *value) / sigma } else { 0.0 };
     }
+    end
 }
 
 #[cfg(test)]

@@ -109,10 +109,12 @@ impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N,
                 continue;
             }
             let innovation = value - (of * *state)[0];
-            let variance = (of * *covariance * of.transpose())[0] + noise * noise;
-            let gain = *covariance * of.transpose() / variance;
+            // Vectors first: two matrices take four times as many products.
+            let read = of * *covariance;
+            let variance = (read * of.transpose())[0] + noise * noise;
+            let gain = read.transpose() / variance;
             *state += gain * innovation;
-            *covariance -= gain * of * *covariance;
+            *covariance -= gain * read;
             *covariance = 0.5 * (*covariance + covariance.transpose());
             likelihood.add(innovation, variance);
         }

@@ -1,5 +1,6 @@
 //! Free run of the body: from the actuators' torque to rate and angle.
 
+use super::body_stride::Stride;
 use super::equations::Equations;
 use crate::cancel;
 use crate::cells::Cells;
@@ -81,7 +82,7 @@ impl Equations {
                 self.advance_rate_sensor(
                     &mut states,
                     (rate[row - 1], *rate_now),
-                    &here,
+                    (*angle_now, &here),
                     time[row] - time[row - 1],
                 );
             }
@@ -177,24 +178,65 @@ impl Equations {
             }
         }
         let mut held = self.constants;
-        let longest = if self.is_stiff { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
+        let mut stride = Stride::of(self, to.saturating_sub(from));
         for row in from..to {
             trace.angle.push(angle);
             let at = input.time.get(row).copied().unwrap_or(0.0);
             trace.rate.push(self.sensed_rate(rate, angle, at, &sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
-            Self::hold(input, row, &mut held);
-            let steps = ((next - now) / longest).ceil().clamp(1.0, MOST_STEPS);
-            let step = (next - now) / steps;
-            for _ in 0..steps as usize {
-                let before = rate;
-                (angle, rate) = self.turn(angle, rate, &mut held, step);
-                if !self.rate_sensor.is_empty() {
-                    let here = Point { body_angle: angle, ..held };
-                    self.advance_rate_sensor(&mut sensor, (before, rate), &here, step);
+            if row + 1 == to {
+                break;
+            }
+            let (from, span) = ((angle, rate), next - now);
+            let in_stride =
+                stride.as_mut().and_then(|stride| stride.step(self, (input, row, to), from, &mut held));
+            if in_stride.is_none() || self.has_rate_sensor_laws() {
+                Self::hold(input, row, &mut held);
+            }
+            match in_stride {
+                Some(reached) => {
+                    (angle, rate) = reached;
+                    self.advance_rate_sensor(&mut sensor, (from.1, rate), (angle, &held), span);
                 }
+                None => (angle, rate) = self.go_on(from, span, &mut held, &mut sensor),
             }
         }
+    }
+
+    /// Goes through an interval [s] in steps, from angle and rate to those behind it.
+    #[inline]
+    fn go_on(
+        &self,
+        (mut angle, mut rate): (f64, f64),
+        span: f64,
+        held: &mut Point,
+        sensor: &mut [f64],
+    ) -> (f64, f64) {
+        let (step, steps) = self.steps_of(span);
+        for _ in 0..steps {
+            let before = rate;
+            (angle, rate) = self.turn(angle, rate, held, step);
+            self.advance_rate_sensor(sensor, (before, rate), (angle, held), step);
+        }
+        (angle, rate)
+    }
+
+    /// [rad/s] the body's rate at the row behind `row`, from angle [rad] and rate [rad/s] there; `None` behind the last row.
+    #[must_use]
+    pub fn next_body_rate(&self, input: &BodyInput, row: usize, angle: f64, rate: f64) -> Option<f64> {
+        let span = input.time.get(row + 1)? - input.time.get(row)?;
+        let mut held = self.constants;
+        Self::hold(input, row, &mut held);
+        let (step, steps) = self.steps_of(span);
+        Some((0..steps).fold((angle, rate), |(angle, rate), _| self.turn(angle, rate, &mut held, step)).1)
+    }
+
+    /// How long the steps [s] of an interval [s] are, and how many.
+    #[inline]
+    fn steps_of(&self, span: f64) -> (f64, usize) {
+        let longest = if self.is_stiff { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
+        let steps = (span / longest).ceil().clamp(1.0, MOST_STEPS);
+        (span / steps, steps as usize)
     }
 
     /// What the interval after a row holds.
@@ -210,7 +252,7 @@ impl Equations {
     /// [rad/s²] of the body. [LPC16] Eq. (1). `point` holds what the interval holds; the laws' own quantities in it
     /// are scratch, because a copy for each of the many calls would cost more than the laws.
     #[inline]
-    fn body_acceleration(&self, angle: f64, rate: f64, point: &mut Point) -> f64 {
+    pub(super) fn body_acceleration(&self, angle: f64, rate: f64, point: &mut Point) -> f64 {
         (point.body_angle, point.body_rate) = (angle, rate);
         if self.thrust.is_empty() {
             // Laws on the torque look at the bare one.
@@ -268,12 +310,23 @@ impl Equations {
         point.body_rate
     }
 
-    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s]; `here` is the rest of the point.
-    fn advance_rate_sensor(&self, states: &mut [f64], (from, to): (f64, f64), here: &Point, step: f64) {
+    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s], to an angle [rad]; `held` is the rest.
+    #[inline]
+    fn advance_rate_sensor(
+        &self,
+        states: &mut [f64],
+        (from, to): (f64, f64),
+        (body_angle, held): (f64, &Point),
+        step: f64,
+    ) {
+        if !self.has_rate_sensor_laws() {
+            return;
+        }
+        let here = Point { body_angle, ..*held };
         let steps = (step / SENSOR_STEP).ceil().clamp(1.0, MOST_STEPS);
         let part = 1.0 / steps;
         for index in 0..steps as usize {
-            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
+            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..here };
             for (hook, state) in self.rate_sensor.iter().zip(&mut *states) {
                 mean.body_rate += match hook.memory() {
                     Some(memory) => {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Model, ModelError, polynomial};
+use super::{Effect, Model, ModelError, polynomial};
 use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw};
 use crate::signal::columns;
 
@@ -117,6 +117,8 @@ pub struct Equations {
     pub(super) per_inertia: f64,
     /// Whether a law turns round within a few milliseconds, or may.
     pub(super) is_stiff: bool,
+    /// Whether no law on the body looks at anything but how it moves.
+    pub(super) sees_motion_only: bool,
     /// The constants every law may look at.
     pub(super) constants: Point,
     pub(super) command_delay: f64,
@@ -144,6 +146,7 @@ impl Model {
             pole: self.actuator.pole,
             per_inertia: 1.0 / self.body.inertia,
             is_stiff: false,
+            sees_motion_only: true,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,
                 battery_voltage: self.actuator.full_voltage,
@@ -179,7 +182,7 @@ impl Model {
             let effect = self.effect(&added.id)?;
             let value = |name: &String| added.parameters.get(name).copied().unwrap_or(f64::NAN);
             let parameters = effect.parameters.iter().map(|parameter| value(&parameter.name)).collect();
-            equations.bind(effect.site, &effect.law, parameters);
+            equations.bind(&effect, parameters);
         }
         Ok(equations)
     }
@@ -211,7 +214,11 @@ impl Equations {
         self.pole
     }
 
-    fn bind(&mut self, site: Site, law: &Law, parameters: Vec<f64>) {
+    fn bind(&mut self, effect: &Effect, parameters: Vec<f64>) {
+        let Effect { site, ref law, .. } = *effect;
+        let is_motion = |need: &String| [columns::BODY_RATE, columns::BODY_ANGLE].contains(&need.as_str());
+        let sees_motion_only = effect.needs.iter().all(is_motion);
+        self.sees_motion_only &= !matches!(site, Site::Thrust | Site::Torque) || sees_motion_only;
         self.is_stiff |= matches!(law, Law::Stiff(_) | Law::Expression(_));
         let hook = match law {
             Law::Delay(delay) => {

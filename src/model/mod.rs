@@ -16,6 +16,7 @@
 //! A model with an effect of one's own, made by a program: `examples/own_effect.rs`.
 
 mod body;
+mod body_stride;
 mod equations;
 mod error;
 mod expression_domain;

@@ -1,7 +1,7 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::Equations;
-use super::rotor_trace::{MOST_STATES, RotorInput, RotorStart, RotorTrace};
+use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::{runge_kutta, step_weights};
 use crate::cancel;
 use crate::effect::{Point, step_response};
@@ -39,22 +39,32 @@ pub(super) struct Stride {
 impl Equations {
     /// Runs a rotor freely over its inputs.
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
+        trace.clear();
+        self.run_rotor(input, start, trace);
+    }
+
+    /// The same, for whom its sensor's readings [rad/s] are enough, one a row; answers what a stretch remembers that begins at once.
+    pub fn rotor_readings(&self, input: &RotorInput, start: &RotorStart, out: &mut [f64]) -> Remembered {
+        let mut readings = Readings { out: out.iter_mut(), end: [0.0; MOST_STATES] };
+        self.run_rotor(input, start, &mut readings);
+        readings.out.for_each(|out| *out = f64::NAN);
+        Remembered { states: readings.end, hole: 0.0 }
+    }
+
+    fn run_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut impl TakeDown) {
         if self.command.iter().any(|hook| hook.memory().is_some()) {
             let command = self.remembered_command(input);
             let plain = Self { command: Vec::new(), ..self.clone() };
-            return plain.simulate_rotor(&RotorInput { command: &command, ..*input }, start, trace);
+            return plain.run_rotor(&RotorInput { command: &command, ..*input }, start, trace);
         }
-        trace.clear();
         let mut point = Point { side: input.side, ..self.constants };
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
             return;
         }
         let state = self.initial_state(point, start);
-        let is_simple =
-            self.command_delay == 0.0 && input.command_from.is_none() && trace.mean_square.is_none();
+        let is_simple = self.command_delay == 0.0 && input.command_from.is_none() && !trace.wants_squares();
         if self.is_lag() && is_simple {
-            self.simulate_lag(input, state.rate, trace);
-            trace.end = state.steady;
+            self.simulate_lag(input, state, trace);
             return;
         }
         self.simulate_steps((input, start), point, state, trace);
@@ -66,7 +76,7 @@ impl Equations {
         (input, start): (&RotorInput, &RotorStart),
         mut point: Point,
         mut state: RotorState,
-        trace: &mut RotorTrace,
+        trace: &mut impl TakeDown,
     ) {
         let mut sensor = point;
         // A law without memory, one of the user's, may look at what changes from row to row.
@@ -75,17 +85,16 @@ impl Equations {
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
-        let wants_squares = trace.mean_square.is_some();
+        let wants_squares = trace.wants_squares();
         for row in 0..input.time.len() {
             cancel::check_at(row);
-            trace.rate.push(state.rate);
             if sensor_looks {
                 delayed = self.in_force(input, delayed, input.time.get(row).copied());
                 if self.hold_rotor(&mut sensor, input, (delayed, row)).is_none() {
                     return;
                 }
             }
-            trace.measured.push(self.sensed(&state, &mut sensor));
+            trace.row(state.rate, self.sensed(&state, &mut sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             let mut from = *now;
             let (mut turned, mut squares) = (0.0, 0.0);
@@ -113,12 +122,9 @@ impl Equations {
                 }
                 from = to;
             }
-            trace.mean.push(turned / (next - now));
-            if let Some(all) = &mut trace.mean_square {
-                all.push(squares / (next - now));
-            }
+            trace.interval(next - now, turned, squares);
         }
-        trace.finish(state.steady);
+        trace.finish(state.rate, state.steady);
     }
 
     /// [-] what laws with a memory and the others make of the commands, row by row: they hang on nothing that moves.
@@ -195,15 +201,15 @@ impl Equations {
 
     /// The run of a rotor that is a first-order lag without dead time: the general way, with nothing in it
     /// that is not needed. A search for a grid asks for it thousands of times.
-    fn simulate_lag(&self, input: &RotorInput, start: f64, trace: &mut RotorTrace) {
+    fn simulate_lag(&self, input: &RotorInput, start: RotorState, trace: &mut impl TakeDown) {
         let mut point = Point { side: input.side, ..self.constants };
         let full = std::slice::from_ref(&self.constants.full_voltage);
         let (voltage, step) = input.voltage.map_or((full, 0), |voltage| (voltage, 1));
-        let (mut rate, mut known) = (start, (f64::NAN, 0.0));
+        let (mut rate, mut known) = (start.rate, (f64::NAN, 0.0));
         let spans = input.time.windows(2).zip(input.command).enumerate();
         cancel::check();
         for (row, (times, command)) in spans {
-            trace.rate.push(rate);
+            trace.row(rate, rate);
             let Some(voltage) = voltage.get(row * step) else { return };
             let span = times[1] - times[0];
             if (known.0 - span).abs() > SAME_SPAN * span || known.0.is_nan() {
@@ -212,12 +218,11 @@ impl Equations {
             point.time = times[0];
             let steady = self.steady_rate_at(&mut point, *command, *voltage);
             let way = steady - rate;
-            trace.mean.push((steady * span - way * known.1 / self.pole) / span);
+            trace.interval(span, steady * span - way * known.1 / self.pole, 0.0);
             rate += way * known.1;
         }
-        trace.rate.push(rate);
-        trace.mean.push(rate);
-        trace.measured.extend_from_slice(&trace.rate);
+        trace.row(rate, rate);
+        trace.finish(rate, start.steady);
     }
 
     /// The point learns the command and the battery's voltage of two rows, and z.

@@ -45,7 +45,15 @@ pub struct RotorStart {
 pub struct Remembered {
     pub(super) states: [f64; MOST_STATES],
     /// [s] from the last sample of the stretch before to the first of this one.
-    pub hole: f64,
+    pub(super) hole: f64,
+}
+
+impl Remembered {
+    /// The same for a stretch that begins `hole` [s] later.
+    #[must_use]
+    pub fn across(self, hole: f64) -> Self {
+        Self { hole, ..self }
+    }
 }
 
 /// What a free run gives, at the samples.
@@ -60,8 +68,6 @@ pub struct RotorTrace {
     /// [rad²/s²] mean of the squared rate over the interval after each sample, the last one of the rate there; `None` where
     /// nobody asked for it.
     pub mean_square: Option<Vec<f64>>,
-    /// States of laws with memory at the last sample.
-    pub(super) end: [f64; MOST_STATES],
 }
 
 impl RotorTrace {
@@ -78,18 +84,69 @@ impl RotorTrace {
         self.mean.clear();
         self.mean_square.iter_mut().for_each(Vec::clear);
     }
+}
 
-    /// At the last sample there is no interval any more: means are those of the rate there.
-    pub(super) fn finish(&mut self, end: [f64; MOST_STATES]) {
-        let last = self.rate.last().copied();
-        self.mean.extend(last);
-        self.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
-        self.end = end;
+/// Takes a free run down, row by row.
+pub(super) trait TakeDown {
+    /// Whether it takes down the mean of the squared rate: two divisions more a row.
+    fn wants_squares(&self) -> bool;
+
+    /// At a row: rate and what its sensor would read [rad/s].
+    fn row(&mut self, rate: f64, measured: f64);
+
+    /// Over the interval behind it [s]: the integrals of the rate [rad] and of its square [rad²/s].
+    fn interval(&mut self, span: f64, turned: f64, squares: f64);
+
+    /// At the last row: its rate [rad/s], and the states of laws with memory.
+    fn finish(&mut self, rate: f64, end: [f64; MOST_STATES]);
+}
+
+impl TakeDown for RotorTrace {
+    fn wants_squares(&self) -> bool {
+        self.mean_square.is_some()
     }
 
-    /// What a stretch that begins `hole` [s] after this one remembers of it.
-    #[must_use]
-    pub fn remembered(&self, hole: f64) -> Remembered {
-        Remembered { states: self.end, hole }
+    fn row(&mut self, rate: f64, measured: f64) {
+        self.rate.push(rate);
+        self.measured.push(measured);
+    }
+
+    fn interval(&mut self, span: f64, turned: f64, squares: f64) {
+        self.mean.push(turned / span);
+        if let Some(all) = &mut self.mean_square {
+            all.push(squares / span);
+        }
+    }
+
+    /// There is no interval any more: means are those of the rate there.
+    fn finish(&mut self, rate: f64, _: [f64; MOST_STATES]) {
+        self.mean.push(rate);
+        self.mean_square.iter_mut().for_each(|all| all.push(rate * rate));
+    }
+}
+
+/// Of a free run what its sensor would read [rad/s], and nothing else.
+pub(super) struct Readings<'a> {
+    /// Those to come.
+    pub out: std::slice::IterMut<'a, f64>,
+    /// States of laws with memory at the last row.
+    pub end: [f64; MOST_STATES],
+}
+
+impl TakeDown for Readings<'_> {
+    fn wants_squares(&self) -> bool {
+        false
+    }
+
+    fn row(&mut self, _: f64, measured: f64) {
+        if let Some(out) = self.out.next() {
+            *out = measured;
+        }
+    }
+
+    fn interval(&mut self, _: f64, _: f64, _: f64) {}
+
+    fn finish(&mut self, _: f64, end: [f64; MOST_STATES]) {
+        self.end = end;
     }
 }

@@ -1,0 +1,151 @@
+//! Strides of a free body over several rows, where rows are closer together than its laws need.
+//!
+//! The torque is held over each interval: alone it moves the body in parabolas, which are known exactly. What laws of the body's own
+//! motion add is smooth: one Runge-Kutta step goes over all rows of a stride, and a cubic through both of its ends tells the rows
+//! between.
+
+use super::body::BodyInput;
+use super::equations::Equations;
+use crate::effect::Point;
+
+/// [s] a stride is at most so long: a law that takes a body's motion away within 40 ms is right to 1e-5 of it at each row.
+const LONGEST_STRIDE: f64 = 5.5e-3;
+/// Most intervals of a stride.
+const MOST_ROWS: usize = 32;
+
+/// How a body moves, or a part of how it does.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motion {
+    /// [rad]
+    angle: f64,
+    /// [rad/s]
+    rate: f64,
+}
+
+/// The stride that a free run is in.
+#[derive(Debug)]
+pub(super) struct Stride {
+    /// [s] since the stride began, of each of its rows.
+    at: [f64; MOST_ROWS + 1],
+    /// What the torque alone has moved since then; behind the stride's end how the body moves at each of its rows.
+    motion: [Motion; MOST_ROWS + 1],
+    /// The row that comes next, and the intervals of the stride.
+    next: usize,
+    rows: usize,
+    /// [rad/s²] of the laws at the end of the last stride, where another one begins.
+    acceleration: Option<f64>,
+}
+
+impl Stride {
+    /// For a run of so many `rows`; `None` where strides would be no quicker, or wrong.
+    pub fn of(equations: &Equations, rows: usize) -> Option<Self> {
+        let sees_motion_only = equations.sees_motion_only && !equations.is_stiff;
+        (rows > 2 && sees_motion_only && !equations.torque.is_empty()).then(|| Self {
+            at: [0.0; MOST_ROWS + 1],
+            motion: [Motion::default(); MOST_ROWS + 1],
+            next: 1,
+            rows: 0,
+            acceleration: None,
+        })
+    }
+
+    /// Angle [rad] and rate [rad/s] at the row behind `row`, of a run that ends before the row `to`; `None` where rows are so far apart
+    /// that no stride goes over two intervals.
+    pub fn step(
+        &mut self,
+        equations: &Equations,
+        (input, row, to): (&BodyInput, usize, usize),
+        (angle, rate): (f64, f64),
+        held: &mut Point,
+    ) -> Option<(f64, f64)> {
+        if self.next > self.rows {
+            self.drive(equations, input, row, to);
+            if self.rows < 2 {
+                (self.rows, self.acceleration) = (0, None);
+                return None;
+            }
+            self.follow(equations, Motion { angle, rate }, held);
+        }
+        let motion = self.motion[self.next];
+        self.next += 1;
+        Some((motion.angle, motion.rate))
+    }
+
+    /// Finds how long the stride from `row` is, and what the torque alone does in it.
+    fn drive(&mut self, equations: &Equations, input: &BodyInput, row: usize, to: usize) {
+        (self.next, self.rows) = (1, 0);
+        let end = to.min(input.time.len()).min(input.torque.len() + 1).min(row + MOST_ROWS + 1);
+        let (Some(time), Some(torque)) = (input.time.get(row..end), input.torque.get(row..end - 1)) else {
+            return;
+        };
+        let (mut motion, begin) = (Motion::default(), time[0]);
+        for (index, (pair, torque)) in time.windows(2).zip(torque).enumerate() {
+            let since = pair[1] - begin;
+            if since > LONGEST_STRIDE {
+                break;
+            }
+            let (span, acceleration) = (since - self.at[index], torque * equations.per_inertia);
+            motion.angle += span * (motion.rate + 0.5 * span * acceleration);
+            motion.rate += span * acceleration;
+            (self.at[index + 1], self.motion[index + 1]) = (since, motion);
+            self.rows = index + 1;
+        }
+    }
+
+    /// What the torque alone has moved [s] behind the stride's begin.
+    fn driven(&self, since: f64) -> Motion {
+        let next = self.at[..=self.rows].partition_point(|at| *at <= since).clamp(1, self.rows);
+        let (at, before, behind) = (self.at[next - 1], self.motion[next - 1], self.motion[next]);
+        let (span, part) = (self.at[next] - at, since - at);
+        let acceleration = (behind.rate - before.rate) / span;
+        Motion {
+            angle: before.angle + part * (before.rate + 0.5 * part * acceleration),
+            rate: before.rate + part * acceleration,
+        }
+    }
+
+    /// Takes one classical Runge-Kutta step over the stride from where the body is.
+    fn follow(&mut self, equations: &Equations, from: Motion, held: &mut Point) {
+        let step = self.at[self.rows];
+        let (half, sixth) = (0.5 * step, step / 6.0);
+        let (middle, end) = (self.driven(half), self.motion[self.rows]);
+        held.torque = 0.0;
+        let mut law = |own: Motion, driven: Motion| {
+            equations.body_acceleration(own.angle + driven.angle, own.rate + driven.rate, held)
+        };
+        let own = |rate_behind: f64, span: f64, acceleration: f64| Motion {
+            angle: from.angle + span * rate_behind,
+            rate: from.rate + span * acceleration,
+        };
+        let first = self.acceleration.unwrap_or_else(|| law(from, Motion::default()));
+        let second_at = own(from.rate, half, first);
+        let second = law(second_at, middle);
+        let third_at = own(second_at.rate, half, second);
+        let third = law(third_at, middle);
+        let fourth_at = own(third_at.rate, step, third);
+        let fourth = law(fourth_at, end);
+        let last = Motion {
+            angle: from.angle + sixth * (from.rate + 2.0 * (second_at.rate + third_at.rate) + fourth_at.rate),
+            rate: from.rate + sixth * (first + 2.0 * (second + third) + fourth),
+        };
+        let behind = law(last, end);
+        self.acceleration = Some(behind);
+        for row in 1..self.rows {
+            let part = self.at[row] / step;
+            let driven = self.motion[row];
+            self.motion[row] = Motion {
+                angle: driven.angle
+                    + cubic(part, (from.angle, step * from.rate), (last.angle, step * last.rate)),
+                rate: driven.rate + cubic(part, (from.rate, step * first), (last.rate, step * behind)),
+            };
+        }
+        self.motion[self.rows] = Motion { angle: last.angle + end.angle, rate: last.rate + end.rate };
+    }
+}
+
+/// The cubic with these values and slopes a stride at both ends, a `part` of the stride behind its begin.
+fn cubic(part: f64, (from, slope): (f64, f64), (to, last_slope): (f64, f64)) -> f64 {
+    let rest = 1.0 - part;
+    let (rise, bend) = (to - from, part * rest);
+    from + part * rise + bend * (rest * (slope - rise) - part * (last_slope - rise))
+}
