@@ -1,6 +1,8 @@
 //! Memory of long columns. A log of an hour makes and leaves columns of some 30 MB by the hundred; handed out by the kernel in pages of 4 kB
 //! each of them costs thousands of faults, a sixth of the whole computation. Here long blocks lie in huge pages (2 MB, where the kernel has
-//! them), grow without being copied, and go back to the kernel as soon as they are let go of. All else is the system's allocator.
+//! them), and grow without being copied. What is let go of waits for the next column of its size (an eighth of the computation on a
+//! virtual machine, whose own pages come from its host), or goes back to the kernel where it would make the whole larger than what was in
+//! use at some time already. All else is the system's allocator.
 //!
 //! The program uses it, and so do tests of memory:
 //!
@@ -12,6 +14,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ptr;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use libc::c_void;
 
@@ -31,6 +34,110 @@ fn is_long(layout: Layout) -> bool {
 /// [bytes] in whole pages.
 fn in_pages(size: usize) -> Option<usize> {
     size.checked_next_multiple_of(HUGE)
+}
+
+/// Most blocks that wait for another use.
+const MOST_WAITING: usize = 16;
+
+/// Long blocks, in whole pages [bytes].
+struct Blocks {
+    /// What is in use, and the most that was.
+    in_use: usize,
+    most: usize,
+    /// Blocks that wait for another use, each its address and its size, and how much they are together.
+    waiting: [(usize, usize); MOST_WAITING],
+    bytes_waiting: usize,
+}
+
+static BLOCKS: Mutex<Blocks> =
+    Mutex::new(Blocks { in_use: 0, most: 0, waiting: [(0, 0); MOST_WAITING], bytes_waiting: 0 });
+
+/// Nothing under the lock panics, and the lock itself takes no memory.
+fn blocks() -> MutexGuard<'static, Blocks> {
+    BLOCKS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Blocks {
+    /// A block of this size that waits, as it was left, is in use again; `None` where there is none.
+    fn reuse(&mut self, size: usize) -> Option<*mut u8> {
+        let place = self.waiting.iter().position(|(_, waiting)| *waiting == size)?;
+        self.in_use += size;
+        Some(self.leave(place))
+    }
+
+    /// A block that waits is taken out.
+    fn leave(&mut self, place: usize) -> *mut u8 {
+        let (block, size) = std::mem::take(&mut self.waiting[place]);
+        self.bytes_waiting -= size;
+        ptr::with_exposed_provenance_mut(block)
+    }
+
+    /// So much more is in use, and less waits where all together would be more than ever was.
+    fn grow(&mut self, size: usize) {
+        self.in_use += size;
+        self.most = self.most.max(self.in_use);
+        self.let_wait(self.most.saturating_sub(self.in_use));
+    }
+
+    /// Gives back to the kernel what waits beyond so much.
+    #[allow(unsafe_code, reason = "std maps no memory")]
+    fn let_wait(&mut self, most: usize) {
+        for place in 0..MOST_WAITING {
+            let size = self.waiting[place].1;
+            if size > 0 && self.bytes_waiting > most {
+                // SAFETY: a block of this size that nobody uses.
+                unsafe { unmap(self.leave(place), size) };
+            }
+        }
+    }
+
+    /// A block is no longer in use; whether it waits.
+    fn keep(&mut self, block: *mut u8, size: usize) -> bool {
+        self.in_use -= size;
+        let fits = self.in_use + self.bytes_waiting + size <= self.most;
+        let Some(place) = self.waiting.iter_mut().find(|(_, waiting)| fits && *waiting == 0) else {
+            return false;
+        };
+        *place = (block.expose_provenance(), size);
+        self.bytes_waiting += size;
+        true
+    }
+}
+
+/// Gives back to the kernel what waits for another use: behind a long computation, who goes on would hold it for nothing.
+pub fn give_back() {
+    let mut blocks = blocks();
+    blocks.let_wait(0);
+    blocks.most = blocks.in_use;
+}
+
+/// A long block with whatever is in it, or with zeros.
+#[allow(unsafe_code, reason = "std maps no memory")]
+fn long(size: usize, is_zero: bool) -> *mut u8 {
+    let Some(pages) = in_pages(size) else { return ptr::null_mut() };
+    let reused = blocks().reuse(pages);
+    if let Some(block) = reused {
+        if is_zero {
+            // SAFETY: the block is at least so long, and nobody else's.
+            unsafe { ptr::write_bytes(block, 0, size) };
+        }
+        return block;
+    }
+    let block = map(size);
+    if !block.is_null() {
+        blocks().grow(pages);
+    }
+    block
+}
+
+/// Lets go of a long block.
+#[allow(unsafe_code, reason = "std maps no memory")]
+unsafe fn let_go(block: *mut u8, size: usize) {
+    let waits = in_pages(size).is_some_and(|pages| blocks().keep(block, pages));
+    if !waits {
+        // SAFETY: the caller's block of this size, which nobody uses any more.
+        unsafe { unmap(block, size) };
+    }
 }
 
 /// Fresh pages, all zero; null where there are none.
@@ -83,6 +190,7 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
     unsafe {
         if wanted < had {
             libc::munmap(block.add(wanted).cast(), had - wanted);
+            blocks().in_use -= had - wanted;
             return block;
         }
         let longer = map(to);
@@ -96,6 +204,7 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
             libc::munmap(longer.add(had).cast(), wanted - had);
             return ptr::null_mut();
         }
+        blocks().grow(wanted - had);
         longer
     }
 }
@@ -106,17 +215,17 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
 unsafe impl GlobalAlloc for LongBlocks {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as the caller promises.
-        if is_long(layout) { map(layout.size()) } else { unsafe { System.alloc(layout) } }
+        if is_long(layout) { long(layout.size(), false) } else { unsafe { System.alloc(layout) } }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as the caller promises.
-        if is_long(layout) { map(layout.size()) } else { unsafe { System.alloc_zeroed(layout) } }
+        if is_long(layout) { long(layout.size(), true) } else { unsafe { System.alloc_zeroed(layout) } }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         // SAFETY: as the caller promises.
-        unsafe { if is_long(layout) { unmap(block, layout.size()) } else { System.dealloc(block, layout) } }
+        unsafe { if is_long(layout) { let_go(block, layout.size()) } else { System.dealloc(block, layout) } }
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
@@ -162,6 +271,43 @@ mod tests {
             assert!(column.iter().enumerate().all(|(row, value)| *value == row as f64), "{length}");
         }
         assert!(vec![0.0_f64; 5 * MANY].iter().all(|value| *value == 0.0));
+    }
+
+    /// Of a size that no other test asks for: what waits is found again, not larger than what was in use, and zero for who asks for zeros.
+    #[test]
+    fn a_block_that_was_let_go_of_serves_the_next_of_its_size() {
+        const CELLS: usize = 37 * MANY;
+        let one = vec![1.0_f64; CELLS];
+        let at = one.as_ptr();
+        drop(one);
+        let again = vec![0.0_f64; CELLS];
+        assert_eq!(again.as_ptr(), at);
+        assert!(again.iter().all(|value| *value == 0.0));
+        let other = vec![2.0_f64; CELLS];
+        assert_ne!(other.as_ptr(), at);
+    }
+
+    /// Counted by itself: other tests have blocks, too.
+    #[test]
+    fn what_waits_and_what_is_in_use_are_never_more_than_what_was_in_use() {
+        let mut counted = Blocks { in_use: 0, most: 0, waiting: [(0, 0); MOST_WAITING], bytes_waiting: 0 };
+        // Blocks of their own, which the counted ones give back.
+        let take = |counted: &mut Blocks, pages: usize| {
+            let block = map(pages * HUGE);
+            counted.grow(pages * HUGE);
+            block
+        };
+        let first: Vec<*mut u8> = (0..3).map(|_| take(&mut counted, 4)).collect();
+        assert!(first.iter().all(|block| counted.keep(*block, 4 * HUGE)));
+        assert_eq!((counted.in_use, counted.bytes_waiting, counted.most), (0, 12 * HUGE, 12 * HUGE));
+        assert!(counted.reuse(5 * HUGE).is_none());
+        // Another size: what waits makes room for it.
+        let other = take(&mut counted, 6);
+        assert_eq!((counted.in_use, counted.bytes_waiting, counted.most), (6 * HUGE, 4 * HUGE, 12 * HUGE));
+        assert!(counted.reuse(4 * HUGE).is_some_and(|block| counted.keep(block, 4 * HUGE)));
+        assert!(counted.keep(other, 6 * HUGE));
+        counted.let_wait(0);
+        assert_eq!((counted.in_use, counted.bytes_waiting), (0, 0));
     }
 
     #[test]

@@ -26,6 +26,7 @@ use super::shown::ShownComparison;
 use super::{ActError, WorkbenchError};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
+use crate::memory;
 use crate::model::Model;
 use crate::report::findings::explained;
 use crate::session::{self, Job, OpenConfig, Progress};
@@ -194,6 +195,7 @@ impl Engine {
             if let Err(broken) = laid {
                 engine.change(|desk| task.end(desk, &search, Err(broken)));
             }
+            memory::give_back();
         });
         if let Err(error) = spawned {
             self.change(|desk| {
@@ -269,6 +271,7 @@ impl Engine {
                     });
                 }
             }
+            memory::give_back();
         }
     }
 

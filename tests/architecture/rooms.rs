@@ -20,7 +20,7 @@ pub const TABLE: &[(&str, &[&str])] = &[
     ("threads", &["cancel"]),
     // Columns that log and model share.
     ("cells", &[]),
-    // The allocator of the program, which no room names.
+    // The allocator of the program: no room names it but one whose process lives on behind long work.
     ("memory", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
