@@ -72,7 +72,9 @@ pub fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> V
     let (token, share) = (Cancel::current(), NonZeroUsize::new(most() / workers));
     thread::scope(|scope| {
         let start = |_| scope.spawn(|| token.during(|| limited(share, take_turns)));
-        let workers: Vec<_> = (0..workers).map(start).collect();
+        // This thread is one of them: to start another in its place takes as long as a small piece of work.
+        let workers: Vec<_> = (1..workers).map(start).collect();
+        limited(share, take_turns);
         let left = workers.into_iter().filter_map(|worker| worker.join().err()).collect::<Vec<_>>();
         if let Some(reason) = left.into_iter().next() {
             resume_unwind(reason);

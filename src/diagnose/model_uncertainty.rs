@@ -13,6 +13,7 @@ use super::model_selection::is_identifiable;
 use super::search_result::SearchResult;
 use super::search_space::Search;
 use crate::estimation::jackknife::{of_left_out, of_two};
+use crate::estimation::thresholds::THRESHOLDS as ESTIMATION;
 use crate::model::Model;
 use crate::threads::spread;
 
@@ -69,7 +70,12 @@ impl Search<'_> {
         let base: Vec<String> = answer.names.iter().filter(|name| !name.contains('.')).cloned().collect();
         let can_tell = |split: &&DataSplit| split.insufficient_data().is_none();
         let splits: Vec<&DataSplit> = splits.iter().filter(can_tell).collect();
-        spread(&splits, |split| self.fit_near(answer, &base, split).model)
+        let refitted = |split: &&DataSplit| self.fit_near(answer, &base, split).model;
+        // A fit of a long log keeps every core busy by itself, and three at once would leave one of two alone with the last.
+        if splits.iter().any(|split| split.train.len() > ESTIMATION.kept_slopes) {
+            return splits.iter().map(refitted).collect();
+        }
+        spread(&splits, refitted)
     }
 
     /// The answer's effects, from where it has them, with these numbers of the base free.

@@ -40,13 +40,19 @@ impl ResidualEvidence {
 pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<ResidualEvidence> {
     match &data.runs {
         Runs::Rotor(runs) => {
-            (0..MOST_ROTORS).filter_map(|rotor| rotor_evidence(data, runs, fit, rotor)).collect()
+            let noise = data.white_noise(&fit.residuals, 0).powi(2);
+            (0..MOST_ROTORS).filter_map(|rotor| rotor_evidence((data, noise), runs, fit, rotor)).collect()
         }
         Runs::Body(runs) => vec![body_evidence(data, runs, fit)],
     }
 }
 
-fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) -> Option<ResidualEvidence> {
+fn rotor_evidence(
+    (data, noise): (&BlockData, f64),
+    runs: &[RotorRun],
+    fit: &Fit,
+    rotor: usize,
+) -> Option<ResidualEvidence> {
     const RATE: Sensor = Sensor::PropellerRate;
     let number = rotor + 1;
     let names = [
@@ -80,11 +86,10 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
             channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
         }
     }
-    let floor = data.white_noise(&fit.residuals, 0);
     (!error.is_empty()).then(|| ResidualEvidence {
         block: format!("actuator_{number}"),
         error,
-        noise: floor * floor,
+        noise,
         channels,
     })
 }

@@ -90,17 +90,21 @@ fn bench_in_frames(test: &str, bus: &Bus, rate_hz: f64, fd: bool) -> TestBench {
 
 #[test]
 fn the_loop_runs_and_the_reference_sees_every_node_healthy() {
-    let soak: Option<f64> = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok());
-    let rates: &[f64] = if soak.is_some() { &[50.0, 200.0] } else { &[50.0] };
-    for &rate_hz in rates {
-        up_to_six_times(|| run_loop(rate_hz, soak.unwrap_or(6.0), false));
-    }
+    run_loops(false);
 }
 
 /// The same in CAN FD frames, which the reference reads and sends.
 #[test]
 fn the_loop_runs_in_fd_frames_and_the_reference_sees_every_node_healthy() {
-    up_to_six_times(|| run_loop(50.0, 6.0, true));
+    run_loops(true);
+}
+
+fn run_loops(fd: bool) {
+    let soak: Option<f64> = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok());
+    let rates: &[f64] = if soak.is_some() { &[50.0, 200.0] } else { &[50.0] };
+    for &rate_hz in rates {
+        up_to_six_times(|| run_loop(rate_hz, soak.unwrap_or(6.0), fd));
+    }
 }
 
 fn run_loop(rate_hz: f64, seconds: f64, fd: bool) {

@@ -190,9 +190,10 @@ fn tutorial(page: &mut Page, folder: &Path) {
         rounded(floor, 2),
         word(numbers(said, "torque_bias", 0)[0] / extended),
     ));
-    let tried = said.split("effect              alone [rad/s]").nth(1).expect("the table of candidates");
-    let p_values: Vec<f64> =
-        tried.lines().skip(2).map_while(|line| line.split_whitespace().last()?.parse().ok()).collect();
+    // However wide its names are: which candidates come last in it is a matter of the last digits.
+    let is_header = |line: &&str| line.starts_with("effect ") && line.contains("alone [rad/s]");
+    let tried = said.lines().skip_while(|line| !is_header(line)).skip(2);
+    let p_values: Vec<f64> = tried.map_while(|line| line.split_whitespace().last()?.parse().ok()).collect();
     let least = p_values.iter().filter(|it| **it == p_values[0]).count();
     assert!(p_values[0] < 0.01, "of a hundred");
     page.holds(format!(
