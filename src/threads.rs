@@ -59,30 +59,37 @@ pub fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> V
         return items.iter().map(one).collect();
     }
     let next = AtomicUsize::new(0);
-    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
-    let take_turns = || {
-        loop {
-            cancel::check();
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(index) else { break };
-            let answer = work(item);
-            answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
-        }
-    };
+    let answers: Mutex<Vec<Option<R>>> = Mutex::new(items.iter().map(|_| None).collect());
+    take_turns(workers, &|| {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        let Some(item) = items.get(index) else { return false };
+        let answer = work(item);
+        answers.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(answer);
+        true
+    });
+    answers.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().flatten().collect()
+}
+
+/// Has so many workers, this thread one of them, take turns until there are no more. What they do hides behind a pointer: the code
+/// that starts threads would else be there once for each kind of work.
+fn take_turns(workers: usize, turn: &(dyn Fn() -> bool + Sync)) {
     let (token, share) = (Cancel::current(), NonZeroUsize::new(most() / workers));
+    let all_turns = || {
+        while {
+            cancel::check();
+            turn()
+        } {}
+    };
     thread::scope(|scope| {
-        let start = |_| scope.spawn(|| token.during(|| limited(share, take_turns)));
-        // This thread is one of them: to start another in its place takes as long as a small piece of work.
+        let start = |_| scope.spawn(|| token.during(|| limited(share, all_turns)));
+        // To start another thread in this one's place takes as long as a small piece of work.
         let workers: Vec<_> = (1..workers).map(start).collect();
-        limited(share, take_turns);
+        limited(share, all_turns);
         let left = workers.into_iter().filter_map(|worker| worker.join().err()).collect::<Vec<_>>();
         if let Some(reason) = left.into_iter().next() {
             resume_unwind(reason);
         }
     });
-    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
-    answers.sort_by_key(|(index, _)| *index);
-    answers.into_iter().map(|(_, answer)| answer).collect()
 }
 
 /// The same for items that the work uses up.
@@ -97,19 +104,32 @@ pub fn spread_out<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync)
 
 /// Does two pieces of work side by side where more than one thread may be used, else one after the other.
 pub fn both<A: Send, B>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B) -> (A, B) {
+    let (mut first, mut second) = (Some(first), Some(second));
+    let (mut one, mut other) = (None, None);
+    side_by_side(&mut || one = first.take().map(|work| work()), &mut || {
+        other = second.take().map(|work| work());
+    });
+    match (one, other) {
+        (Some(one), Some(other)) => (one, other),
+        _ => unreachable!("work that was not left by unwinding is done"),
+    }
+}
+
+/// As [`take_turns`] it is there once.
+fn side_by_side(first: &mut (dyn FnMut() + Send), second: &mut dyn FnMut()) {
     let most = most();
     if most < 2 {
-        return (first(), second());
+        first();
+        return second();
     }
     let token = Cancel::current();
     thread::scope(|scope| {
         let first = scope.spawn(|| token.during(|| limited(NonZeroUsize::new(most / 2), first)));
-        let second = limited(NonZeroUsize::new(most - most / 2), second);
-        match first.join() {
-            Ok(first) => (first, second),
-            Err(reason) => resume_unwind(reason),
+        limited(NonZeroUsize::new(most - most / 2), second);
+        if let Err(reason) = first.join() {
+            resume_unwind(reason);
         }
-    })
+    });
 }
 
 #[cfg(test)]

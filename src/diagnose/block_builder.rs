@@ -105,8 +105,7 @@ impl Driver<'_> {
         let angle = data.cells(columns::BODY_ANGLE).map(|angle| driven(angle.for_once()));
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
-        let both_rotors = || <[_; ROTORS]>::from(both(|| of_rotor(0), || of_rotor(1)));
-        let mut rates: Option<[Option<Rates>; ROTORS]> = by_rotors.then(both_rotors);
+        let mut rates: Option<[_; ROTORS]> = by_rotors.then(|| both(|| of_rotor(0), || of_rotor(1)).into());
         // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();

@@ -1,41 +1,10 @@
 //! Free run of the body: from the actuators' torque to rate and angle.
 
-use super::body_stride::Stride;
+use super::body_stride::{BodyStride, Motion};
+use super::body_trace::{BodyInput, BodyStart, BodyTrace};
 use super::equations::Equations;
 use crate::cancel;
-use crate::cells::Cells;
 use crate::effect::Point;
-
-/// Inputs of the body over a stretch without holes. Means are over the interval after each sample.
-#[derive(Debug, Clone, Default)]
-pub struct BodyInput {
-    /// [s] rising.
-    pub time: Cells,
-    /// [N m] mean torque of the actuators, delayed and lagged as the model says.
-    pub torque: Vec<f64>,
-    /// [rad/s] mean rate of each rotor; empty when the log has none.
-    pub propeller_rate: [Vec<f64>; 2],
-}
-
-/// Where a free run starts.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BodyStart {
-    /// [rad] θ.
-    pub angle: f64,
-    /// [rad/s] ω_b.
-    pub rate: f64,
-    /// [rad/s] by how much a sensor with memory reads beside the true rate.
-    pub sensor: f64,
-}
-
-/// What a free run gives, at the samples.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct BodyTrace {
-    /// [rad/s] what the gyroscope would read.
-    pub rate: Vec<f64>,
-    /// [rad] θ.
-    pub angle: Vec<f64>,
-}
 
 /// [s] a step of integration is at most so long: friction turns round within a few milliseconds, and so may an expression.
 const LONGEST_STEP: f64 = 5.5e-3;
@@ -82,7 +51,7 @@ impl Equations {
                 self.advance_rate_sensor(
                     &mut states,
                     (rate[row - 1], *rate_now),
-                    (*angle_now, &here),
+                    &here,
                     time[row] - time[row - 1],
                 );
             }
@@ -178,47 +147,56 @@ impl Equations {
             }
         }
         let mut held = self.constants;
-        let mut stride = Stride::of(self, to.saturating_sub(from));
-        for row in from..to {
+        let (mut stride, mut row) = (BodyStride::of(self, to.saturating_sub(from)), from);
+        while row < to {
+            let in_stride = stride.as_mut();
+            let in_stride =
+                in_stride.and_then(|stride| stride.go(self, (input, row, to), (angle, rate), &mut held));
+            if let Some([before @ .., end]) = in_stride {
+                self.take_down(before, end, (input, row), (&mut held, &mut sensor), trace);
+                (angle, rate) = (end.angle, end.rate);
+                row += before.len();
+                continue;
+            }
             trace.angle.push(angle);
             let at = input.time.get(row).copied().unwrap_or(0.0);
             trace.rate.push(self.sensed_rate(rate, angle, at, &sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
-            if row + 1 == to {
-                break;
-            }
-            let (from, span) = ((angle, rate), next - now);
-            let in_stride =
-                stride.as_mut().and_then(|stride| stride.step(self, (input, row, to), from, &mut held));
-            if in_stride.is_none() || self.has_rate_sensor_laws() {
-                Self::hold(input, row, &mut held);
-            }
-            match in_stride {
-                Some(reached) => {
-                    (angle, rate) = reached;
-                    self.advance_rate_sensor(&mut sensor, (from.1, rate), (angle, &held), span);
+            Self::hold(input, row, &mut held);
+            let (step, steps) = self.steps_of(next - now);
+            for _ in 0..steps {
+                let before = rate;
+                (angle, rate) = self.turn(angle, rate, &mut held, step);
+                if self.has_rate_sensor_laws() {
+                    let here = Point { body_angle: angle, ..held };
+                    self.advance_rate_sensor(&mut sensor, (before, rate), &here, step);
                 }
-                None => (angle, rate) = self.go_on(from, span, &mut held, &mut sensor),
             }
+            row += 1;
         }
     }
 
-    /// Goes through an interval [s] in steps, from angle and rate to those behind it.
-    #[inline]
-    fn go_on(
+    /// Takes down the rows of a stride from `row` on, but for its `end`.
+    fn take_down(
         &self,
-        (mut angle, mut rate): (f64, f64),
-        span: f64,
-        held: &mut Point,
-        sensor: &mut [f64],
-    ) -> (f64, f64) {
-        let (step, steps) = self.steps_of(span);
-        for _ in 0..steps {
-            let before = rate;
-            (angle, rate) = self.turn(angle, rate, held, step);
-            self.advance_rate_sensor(sensor, (before, rate), (angle, held), step);
+        rows: &[Motion],
+        end: &Motion,
+        (input, row): (&BodyInput, usize),
+        (held, sensor): (&mut Point, &mut [f64]),
+        trace: &mut BodyTrace,
+    ) {
+        trace.angle.extend(rows.iter().map(|motion| motion.angle));
+        if !self.has_rate_sensor_laws() {
+            return trace.rate.extend(rows.iter().map(|motion| motion.rate));
         }
-        (angle, rate)
+        let next = rows[1..].iter().chain([end]);
+        for (row, (now, next)) in (row..).zip(rows.iter().zip(next)) {
+            let at = input.time[row];
+            trace.rate.push(self.sensed_rate(now.rate, now.angle, at, sensor));
+            Self::hold(input, row, held);
+            let here = Point { body_angle: next.angle, ..*held };
+            self.advance_rate_sensor(sensor, (now.rate, next.rate), &here, input.time[row + 1] - at);
+        }
     }
 
     /// [rad/s] the body's rate at the row behind `row`, from angle [rad] and rate [rad/s] there; `None` behind the last row.
@@ -310,23 +288,12 @@ impl Equations {
         point.body_rate
     }
 
-    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s], to an angle [rad]; `held` is the rest.
-    #[inline]
-    fn advance_rate_sensor(
-        &self,
-        states: &mut [f64],
-        (from, to): (f64, f64),
-        (body_angle, held): (f64, &Point),
-        step: f64,
-    ) {
-        if !self.has_rate_sensor_laws() {
-            return;
-        }
-        let here = Point { body_angle, ..*held };
+    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s]; `here` is the rest of the point.
+    fn advance_rate_sensor(&self, states: &mut [f64], (from, to): (f64, f64), here: &Point, step: f64) {
         let steps = (step / SENSOR_STEP).ceil().clamp(1.0, MOST_STEPS);
         let part = 1.0 / steps;
         for index in 0..steps as usize {
-            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..here };
+            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
             for (hook, state) in self.rate_sensor.iter().zip(&mut *states) {
                 mean.body_rate += match hook.memory() {
                     Some(memory) => {

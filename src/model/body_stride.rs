@@ -4,7 +4,7 @@
 //! motion add is smooth: one Runge-Kutta step goes over all rows of a stride, and a cubic through both of its ends tells the rows
 //! between.
 
-use super::body::BodyInput;
+use super::body_trace::BodyInput;
 use super::equations::Equations;
 use crate::effect::Point;
 
@@ -15,87 +15,83 @@ const MOST_ROWS: usize = 32;
 
 /// How a body moves, or a part of how it does.
 #[derive(Debug, Clone, Copy, Default)]
-struct Motion {
+pub(super) struct Motion {
     /// [rad]
-    angle: f64,
+    pub angle: f64,
     /// [rad/s]
-    rate: f64,
+    pub rate: f64,
 }
 
 /// The stride that a free run is in.
 #[derive(Debug)]
-pub(super) struct Stride {
+pub(super) struct BodyStride {
     /// [s] since the stride began, of each of its rows.
     at: [f64; MOST_ROWS + 1],
-    /// What the torque alone has moved since then; behind the stride's end how the body moves at each of its rows.
+    /// What the torque alone has moved since then; behind the stride how the body moves at each of its rows.
     motion: [Motion; MOST_ROWS + 1],
-    /// The row that comes next, and the intervals of the stride.
-    next: usize,
+    /// Its intervals.
     rows: usize,
     /// [rad/s²] of the laws at the end of the last stride, where another one begins.
     acceleration: Option<f64>,
 }
 
-impl Stride {
+impl BodyStride {
     /// For a run of so many `rows`; `None` where strides would be no quicker, or wrong.
     pub fn of(equations: &Equations, rows: usize) -> Option<Self> {
         let sees_motion_only = equations.sees_motion_only && !equations.is_stiff;
         (rows > 2 && sees_motion_only && !equations.torque.is_empty()).then(|| Self {
             at: [0.0; MOST_ROWS + 1],
             motion: [Motion::default(); MOST_ROWS + 1],
-            next: 1,
             rows: 0,
             acceleration: None,
         })
     }
 
-    /// Angle [rad] and rate [rad/s] at the row behind `row`, of a run that ends before the row `to`; `None` where rows are so far apart
-    /// that no stride goes over two intervals.
-    pub fn step(
+    /// How the body moves at each row of the stride that begins at `row`, the last of which begins the next one; `None` where rows are so
+    /// far apart that no stride goes over two intervals, or the run ends: before the row `to`.
+    pub fn go(
         &mut self,
         equations: &Equations,
         (input, row, to): (&BodyInput, usize, usize),
         (angle, rate): (f64, f64),
         held: &mut Point,
-    ) -> Option<(f64, f64)> {
-        if self.next > self.rows {
-            self.drive(equations, input, row, to);
-            if self.rows < 2 {
-                (self.rows, self.acceleration) = (0, None);
-                return None;
-            }
-            self.follow(equations, Motion { angle, rate }, held);
+    ) -> Option<&[Motion]> {
+        self.drive(equations, input, row, to);
+        if self.rows < 2 {
+            self.acceleration = None;
+            return None;
         }
-        let motion = self.motion[self.next];
-        self.next += 1;
-        Some((motion.angle, motion.rate))
+        self.follow(equations, Motion { angle, rate }, held);
+        Some(&self.motion[..=self.rows])
     }
 
     /// Finds how long the stride from `row` is, and what the torque alone does in it.
     fn drive(&mut self, equations: &Equations, input: &BodyInput, row: usize, to: usize) {
-        (self.next, self.rows) = (1, 0);
+        self.rows = 0;
         let end = to.min(input.time.len()).min(input.torque.len() + 1).min(row + MOST_ROWS + 1);
         let (Some(time), Some(torque)) = (input.time.get(row..end), input.torque.get(row..end - 1)) else {
             return;
         };
         let (mut motion, begin) = (Motion::default(), time[0]);
-        for (index, (pair, torque)) in time.windows(2).zip(torque).enumerate() {
-            let since = pair[1] - begin;
+        let mut before = 0.0;
+        for (index, (next, torque)) in time[1..].iter().zip(torque).enumerate() {
+            let since = next - begin;
             if since > LONGEST_STRIDE {
                 break;
             }
-            let (span, acceleration) = (since - self.at[index], torque * equations.per_inertia);
+            let (span, acceleration) = (since - before, torque * equations.per_inertia);
             motion.angle += span * (motion.rate + 0.5 * span * acceleration);
             motion.rate += span * acceleration;
-            (self.at[index + 1], self.motion[index + 1]) = (since, motion);
+            (self.at[index + 1], self.motion[index + 1], before) = (since, motion, since);
             self.rows = index + 1;
         }
     }
 
     /// What the torque alone has moved [s] behind the stride's begin.
     fn driven(&self, since: f64) -> Motion {
-        let next = self.at[..=self.rows].partition_point(|at| *at <= since).clamp(1, self.rows);
-        let (at, before, behind) = (self.at[next - 1], self.motion[next - 1], self.motion[next]);
+        let next = self.at[1..=self.rows].iter().position(|at| *at > since).map_or(self.rows, |at| at + 1);
+        let before = if next > 1 { self.motion[next - 1] } else { Motion::default() };
+        let (at, behind) = (self.at[next - 1], self.motion[next]);
         let (span, part) = (self.at[next] - at, since - at);
         let acceleration = (behind.rate - before.rate) / span;
         Motion {
@@ -130,22 +126,27 @@ impl Stride {
         };
         let behind = law(last, end);
         self.acceleration = Some(behind);
-        for row in 1..self.rows {
-            let part = self.at[row] / step;
-            let driven = self.motion[row];
-            self.motion[row] = Motion {
-                angle: driven.angle
-                    + cubic(part, (from.angle, step * from.rate), (last.angle, step * last.rate)),
-                rate: driven.rate + cubic(part, (from.rate, step * first), (last.rate, step * behind)),
-            };
+        let angles = cubic((from.angle, step * from.rate), (last.angle, step * last.rate));
+        let rates = cubic((from.rate, step * first), (last.rate, step * behind));
+        let share = 1.0 / step;
+        for (motion, at) in self.motion[1..self.rows].iter_mut().zip(&self.at[1..self.rows]) {
+            let part = at * share;
+            motion.angle += value(&angles, part);
+            motion.rate += value(&rates, part);
         }
+        self.motion[0] = from;
         self.motion[self.rows] = Motion { angle: last.angle + end.angle, rate: last.rate + end.rate };
     }
 }
 
-/// The cubic with these values and slopes a stride at both ends, a `part` of the stride behind its begin.
-fn cubic(part: f64, (from, slope): (f64, f64), (to, last_slope): (f64, f64)) -> f64 {
-    let rest = 1.0 - part;
-    let (rise, bend) = (to - from, part * rest);
-    from + part * rise + bend * (rest * (slope - rise) - part * (last_slope - rise))
+/// Coefficients by ascending power of the cubic with these values and slopes over a stride at both its ends.
+fn cubic((from, slope): (f64, f64), (to, last_slope): (f64, f64)) -> [f64; 4] {
+    let (bend, twist) = (to - from - slope, last_slope - slope);
+    [from, slope, 3.0 * bend - twist, twist - 2.0 * bend]
+}
+
+/// Its value a `part` of the stride behind the stride's begin.
+#[inline]
+fn value(cubic: &[f64; 4], part: f64) -> f64 {
+    cubic[0] + part * (cubic[1] + part * (cubic[2] + part * cubic[3]))
 }

@@ -17,6 +17,7 @@
 
 mod body;
 mod body_stride;
+mod body_trace;
 mod equations;
 mod error;
 mod expression_domain;
@@ -38,7 +39,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effect::{self, Site, Term};
 
-pub use body::{BodyInput, BodyStart, BodyTrace};
+pub use body_trace::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
 pub use error::ModelError;
 pub(crate) use expression_domain::UndefinedRow;
