@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Effect, Model, ModelError, polynomial};
-use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw};
+use super::{AddedEffect, Effect, Model, ModelError, polynomial};
+use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw, Term};
 use crate::signal::columns;
 
 /// One effect at its site.
@@ -178,12 +178,19 @@ impl Model {
     /// [`ModelError`] when an effect is unknown.
     pub fn equations(&self) -> Result<Equations, ModelError> {
         let mut equations = self.bare_equations();
-        for added in &self.effects {
+        let bound = |added: &AddedEffect| -> Result<(Effect, Vec<f64>), ModelError> {
             let effect = self.effect(&added.id)?;
             let value = |name: &String| added.parameters.get(name).copied().unwrap_or(f64::NAN);
             let parameters = effect.parameters.iter().map(|parameter| value(&parameter.name)).collect();
-            equations.bind(&effect, parameters);
-        }
+            Ok((effect, parameters))
+        };
+        let effects = self.effects.iter().map(bound).collect::<Result<Vec<_>, _>>()?;
+        // The battery scales what the speed controller has made of a command, in whatever order the two were added: what is on a grid,
+        // or cut off, is the command as it was sent.
+        let (behind, before): (Vec<_>, Vec<_>) = effects
+            .into_iter()
+            .partition(|(effect, _)| effect.card.and_then(|card| card.acts_as) == Some(Term::VoltageScaling));
+        before.into_iter().chain(behind).for_each(|(effect, parameters)| equations.bind(&effect, parameters));
         Ok(equations)
     }
 }

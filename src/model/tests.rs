@@ -2,6 +2,7 @@ use crate::model::*;
 
 mod ended;
 mod memory;
+mod order;
 mod stride;
 
 #[test]
