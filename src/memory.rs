@@ -91,11 +91,10 @@ impl Blocks {
         }
     }
 
-    /// A block is no longer in use; whether it waits.
+    /// A block is no longer in use; whether there is room for it to wait. All together stay what they are.
     fn keep(&mut self, block: *mut u8, size: usize) -> bool {
         self.in_use -= size;
-        let fits = self.in_use + self.bytes_waiting + size <= self.most;
-        let Some(place) = self.waiting.iter_mut().find(|(_, waiting)| fits && *waiting == 0) else {
+        let Some(place) = self.waiting.iter_mut().find(|(_, waiting)| *waiting == 0) else {
             return false;
         };
         *place = (block.expose_provenance(), size);

@@ -12,6 +12,34 @@ pub fn step_response(rate: f64, span: f64) -> f64 {
     1.0 - (-whole).exp()
 }
 
+/// Spans that differ by less than this share are the same: times are written with few digits, and a regular grid differs from itself
+/// by rounding only.
+pub(crate) const SAME_SPAN: f64 = 1e-9;
+
+/// The [`step_response`] of one lag from row to row, made once for neighbours of one interval.
+pub(crate) struct RowResponse {
+    rate: f64,
+    /// [s] the interval that it was made for; not-a-number = none yet.
+    span: f64,
+    response: f64,
+}
+
+impl RowResponse {
+    /// At a pole of `rate` [1/s].
+    pub(crate) fn of(rate: f64) -> Self {
+        Self { rate, span: f64::NAN, response: 0.0 }
+    }
+
+    /// Over an interval [s].
+    #[inline]
+    pub(crate) fn over(&mut self, span: f64) -> f64 {
+        if self.span.is_nan() || (self.span - span).abs() > SAME_SPAN * span {
+            (self.span, self.response) = (span, step_response(self.rate, span));
+        }
+        self.response
+    }
+}
+
 /// The hyperbolic tangent, to the last digits but one. A fit asks for it, and for [`step_response`], a hundred million times, and
 /// the library's takes three times as long.
 #[must_use]

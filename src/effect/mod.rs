@@ -20,7 +20,7 @@ mod syntax;
 pub use card::{Card, Parameter, Symmetry, Term};
 pub use expression::{Expression, ExpressionError};
 pub use functions::step_response;
-pub(crate) use functions::{sin, tanh};
+pub(crate) use functions::{RowResponse, SAME_SPAN, sin, tanh};
 use law::constant;
 pub use law::{Law, Memory, StaticLaw};
 pub use site::{Point, Site};

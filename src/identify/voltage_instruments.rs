@@ -10,15 +10,13 @@ use super::thresholds::THRESHOLDS;
 
 use super::regressors::walk;
 use crate::cancel;
-use crate::effect::step_response;
+use crate::effect::RowResponse;
 use crate::estimation::hats::hats;
 use crate::estimation::ridge::RidgeSums;
 use crate::log::Cells;
 use crate::screening;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
-/// Spans that differ by less than this share are the same: times are written with few digits.
-const SAME_SPAN: f64 = 1e-9;
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give.
 const OF_ONE: usize = 5;
 
@@ -217,7 +215,7 @@ fn predicted_rate(
     let measured_at = &rotor.rate[..];
     for segment in rotor.whole() {
         let (mut rate, mut before) = (f64::NAN, None);
-        let mut stride: (f64, f64) = (f64::NAN, 0.0);
+        let mut response = RowResponse::of(pole);
         // The commands as they act, with a step more where one comes between two samples.
         walk(rotor, &segment, full_voltage, delay, |acting| {
             let u = acting.command;
@@ -225,12 +223,7 @@ fn predicted_rate(
             match before {
                 None => rate = steady,
                 Some((time, steady)) => {
-                    let span: f64 = acting.time - time;
-                    // A regular grid differs from itself by rounding only.
-                    if (span - stride.0).abs() > SAME_SPAN * span || stride.0.is_nan() {
-                        stride = (span, step_response(pole, span));
-                    }
-                    rate += (steady - rate) * stride.1;
+                    rate += (steady - rate) * response.over(acting.time - time);
                 }
             }
             before = Some((acting.time, steady));

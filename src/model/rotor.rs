@@ -4,14 +4,12 @@ use super::equations::Equations;
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::{runge_kutta, step_weights};
 use crate::cancel;
-use crate::effect::{Point, step_response};
+use crate::effect::{Point, RowResponse, SAME_SPAN, step_response};
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
 /// [s] a state that reaches its steady state within a step this short needs no finer one.
 const SHORTEST_STEP: f64 = 2.5e-3;
-/// Spans that differ by less than this share are the same: times are written with few digits.
-const SAME_SPAN: f64 = 1e-9;
 
 /// Everything that moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -205,21 +203,19 @@ impl Equations {
         let mut point = Point { side: input.side, ..self.constants };
         let full = std::slice::from_ref(&self.constants.full_voltage);
         let (voltage, step) = input.voltage.map_or((full, 0), |voltage| (voltage, 1));
-        let (mut rate, mut known) = (start.rate, (f64::NAN, 0.0));
+        let (mut rate, mut response) = (start.rate, RowResponse::of(self.pole));
         let spans = input.time.windows(2).zip(input.command).enumerate();
         cancel::check();
         for (row, (times, command)) in spans {
             trace.row(rate, rate);
             let Some(voltage) = voltage.get(row * step) else { return };
             let span = times[1] - times[0];
-            if (known.0 - span).abs() > SAME_SPAN * span || known.0.is_nan() {
-                known = (span, step_response(self.pole, span));
-            }
+            let response = response.over(span);
             point.time = times[0];
             let steady = self.steady_rate_at(&mut point, *command, *voltage);
             let way = steady - rate;
-            trace.interval(span, steady * span - way * known.1 / self.pole, 0.0);
-            rate += way * known.1;
+            trace.interval(span, steady * span - way * response / self.pole, 0.0);
+            rate += way * response;
         }
         trace.row(rate, rate);
         trace.finish(rate, start.steady);

@@ -41,31 +41,50 @@ fn input(parts: usize) -> BodyInput {
     BodyInput { time: time.into(), torque: held, ..BodyInput::default() }
 }
 
-fn run(model: &Model, parts: usize) -> BodyTrace {
+/// Row by row, or in strides.
+fn run(model: &Model, parts: usize, strides: bool) -> BodyTrace {
     let input = input(parts);
     let mut equations = model.equations().expect("binds");
-    // In steps within each row of the fine one.
-    equations.sees_motion_only &= parts == 1;
-    let start = BodyStart { angle: 0.4, rate: 2.0, sensor: 0.0 };
+    equations.sees_motion_only &= strides;
+    let start = BodyStart { angle: 0.4, rate: 2.0, sensor: 0.01 };
     let mut trace = BodyTrace::default();
     equations.simulate_body(&input, 0, input.time.len(), &start, &mut trace);
     trace
+}
+
+/// Both channels are the same but for this share of the greatest, and not to the last digit: strides were taken.
+fn are_near(ids: &[&str], strides: &BodyTrace, (rows, step): (&BodyTrace, usize), share: f64) {
+    let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    for (name, strides, rows) in [("rate", &strides.rate, &rows.rate), ("angle", &strides.angle, &rows.angle)]
+    {
+        let apart = strides.iter().zip(rows.iter().step_by(step)).map(|(stride, row)| stride - row);
+        let apart = size(&apart.collect::<Vec<f64>>());
+        assert!(apart > 0.0 && apart < share * size(rows), "{ids:?}: {name} off by {apart}");
+    }
 }
 
 #[test]
 fn a_stride_over_several_rows_tells_each_of_them() {
     for model in models() {
         let ids: Vec<&str> = model.effects.iter().map(|effect| effect.id.as_str()).collect();
-        let (strides, fine) = (run(&model, 1), run(&model, 50));
-        let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        for (name, strides, fine) in
-            [("rate", &strides.rate, &fine.rate), ("angle", &strides.angle, &fine.angle)]
-        {
-            let apart = strides.iter().zip(fine.iter().step_by(50)).map(|(stride, fine)| stride - fine);
-            let apart = size(&apart.collect::<Vec<f64>>());
-            // What a step of 5.5 ms leaves of a motion that is gone within 40 ms: 1e-5 of it.
-            assert!(apart < 2e-5 * size(fine), "{ids:?}: {name} off by {apart}");
-        }
+        let strides = run(&model, 1, true);
+        // What a step of 5.5 ms leaves of a motion that is gone within 40 ms: 1e-5 of it.
+        are_near(&ids, &strides, (&run(&model, 50, false), 50), 2e-5);
+    }
+}
+
+/// What the gyroscope shows of them, too: behind a filter, with a bias, and read too large.
+#[test]
+fn the_gyroscope_reads_each_row_of_a_stride() {
+    for id in ["gyro_lag", "gyro_bias", "gyro_scale"] {
+        let mut model = models().pop().expect("all together");
+        model = model.with(&model.effect(id).expect("known"));
+        let without = run(&models().pop().expect("all together"), 1, true);
+        let strides = run(&model, 1, true);
+        are_near(&[id], &strides, (&run(&model, 1, false), 1), 2e-5);
+        // Far more than that: the law is at work.
+        let shows = strides.rate.iter().zip(&without.rate).any(|(one, other)| (one - other).abs() > 1e-3);
+        assert!(shows, "{id}");
     }
 }
 
