@@ -125,3 +125,18 @@ fn other_laws_take_no_strides() {
     assert!(!sees(with("inflow_damping")) && !sees(with("ground_effect")));
     assert!(!sees(with("pivot_coulomb_friction")) && !sees(with_law(Site::Torque, "-0.1*body_rate")));
 }
+
+/// One interval from a state of one's own: what a run of two rows says, over rows near each other and across a hole of several steps.
+#[test]
+fn the_next_row_is_that_of_a_run_of_two() {
+    let (input, model) = (input(1), models().pop().expect("all together"));
+    let equations = model.equations().expect("binds");
+    for row in [0, 7, 199] {
+        let start = BodyStart { angle: 0.4, rate: 2.0, sensor: 0.0 };
+        let mut trace = BodyTrace::default();
+        equations.simulate_body(&input, row, row + 2, &start, &mut trace);
+        let next = equations.next_body_rate(&input, row, start.angle, start.rate).expect("a next row");
+        assert!(next == trace.rate[1] && (next - start.rate).abs() > 1e-3, "{row}: {next}");
+    }
+    assert!(equations.next_body_rate(&input, input.time.len() - 1, 0.4, 2.0).is_none());
+}
