@@ -184,8 +184,8 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
     if wanted == had {
         return block;
     }
-    // SAFETY: the caller's block of the size `from`, and a fresh one that is longer; the pages of the one take the place of the
-    // beginning of the other.
+    // SAFETY: the caller's block of the size `from`, and a fresh one that is longer; the pages of the one take the place of
+    // the other.
     unsafe {
         if wanted < had {
             libc::munmap(block.add(wanted).cast(), had - wanted);
@@ -197,10 +197,11 @@ unsafe fn resize(block: *mut u8, from: usize, to: usize) -> *mut u8 {
             return longer;
         }
         let flags = libc::MREMAP_MAYMOVE | libc::MREMAP_FIXED;
-        let moved = libc::mremap(block.cast(), had, had, flags, longer.cast::<c_void>());
+        // All of the fresh one is replaced: beside a part of it the block would be two mappings, which kernels before 6.17 do not
+        // move together another time.
+        let moved = libc::mremap(block.cast(), had, wanted, flags, longer.cast::<c_void>());
         if moved == libc::MAP_FAILED {
-            // Its beginning may be unmapped already, and somebody else's by now.
-            libc::munmap(longer.add(had).cast(), wanted - had);
+            // What was mapped there may be unmapped already, and somebody else's by now: it is left alone, and lost where it is not.
             return ptr::null_mut();
         }
         blocks().grow(wanted - had);
@@ -270,6 +271,26 @@ mod tests {
             assert!(column.iter().enumerate().all(|(row, value)| *value == row as f64), "{length}");
         }
         assert!(vec![0.0_f64; 5 * MANY].iter().all(|value| *value == 0.0));
+    }
+
+    /// Kernels before 6.17 move one mapping at a time: a block of two, as it is grown here, could not grow again.
+    #[test]
+    fn a_block_that_has_grown_is_one_mapping() {
+        let mut column = vec![1.0_f64; 2 * MANY];
+        for times in [4, 8, 16] {
+            column.reserve_exact(times * MANY - column.len());
+            column.resize(times * MANY, 1.0);
+            let start = column.as_ptr().addr();
+            let end = start + size_of_val(&column[..]);
+            let maps = std::fs::read_to_string("/proc/self/maps").expect("Linux");
+            let holds_all = |line: &str| {
+                let (range, _) = line.split_once(' ')?;
+                let (from, to) = range.split_once('-')?;
+                let [from, to] = [from, to].map(|at| usize::from_str_radix(at, 16).expect("an address"));
+                (from <= start && end <= to).then_some(())
+            };
+            assert!(maps.lines().any(|line| holds_all(line).is_some()), "{start:x} to {end:x} in\n{maps}");
+        }
     }
 
     /// Of a size that no other test asks for: what waits is found again, not larger than what was in use, and zero for who asks for zeros.
