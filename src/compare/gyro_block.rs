@@ -26,8 +26,8 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
         if time.len() < THRESHOLDS.slope_stretch * half {
             continue;
         }
-        let modelled = equations.gyroscope(time, &centred_slopes(time, angle, half), angle);
-        let measured = centred_slopes(time, &integral(time, rate), half);
+        let [turned, measured] = centred_slopes(time, [angle, &integral(time, rate)], half);
+        let modelled = equations.gyroscope(time, &turned, angle);
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
         let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;

@@ -30,28 +30,39 @@ pub fn beside_a_line(values: &[f64]) -> f64 {
     (power - slope * slope * spread).max(0.0)
 }
 
-/// [unit/s] slope at each sample, by straight lines through `half` samples to both sides.
+/// [unit/s] slope of each of these signals at each sample, by straight lines through `half` samples to both sides. They share their
+/// clock, are as long as it, and share what is reckoned of it.
 #[must_use]
-pub fn centred_slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
+pub fn centred_slopes<const N: usize>(time: &[f64], signals: [&[f64]; N], half: usize) -> [Vec<f64>; N] {
     /// Samples of a piece of work: some milliseconds.
     const PIECE: usize = 1 << 16;
     let pieces: Vec<Range<usize>> =
-        (0..values.len()).step_by(PIECE).map(|from| from..(from + PIECE).min(values.len())).collect();
-    spread(&pieces, |piece| slopes_in(time, values, piece, half)).concat()
+        (0..time.len()).step_by(PIECE).map(|from| from..(from + PIECE).min(time.len())).collect();
+    let found = spread(&pieces, |piece| slopes_in(time, signals, piece, half));
+    std::array::from_fn(|signal| found.iter().flat_map(|slopes| &slopes[signal]).copied().collect())
 }
 
 /// The same of a piece of the samples.
-fn slopes_in(time: &[f64], values: &[f64], piece: &Range<usize>, half: usize) -> Vec<f64> {
-    let mut slopes = Vec::with_capacity(piece.len() + 3);
-    while slopes.len() < piece.len() {
-        let row = piece.start + slopes.len();
+fn slopes_in<const N: usize>(
+    time: &[f64],
+    signals: [&[f64]; N],
+    piece: &Range<usize>,
+    half: usize,
+) -> [Vec<f64>; N] {
+    let mut slopes: [Vec<f64>; N] = std::array::from_fn(|_| Vec::with_capacity(piece.len() + 3));
+    let mut row = piece.start;
+    while row < piece.end {
         let window = row.saturating_sub(half)..row + half + 1;
-        match side_by_side(time, values, window, half) {
-            Some(four) => slopes.extend(four),
-            None => slopes.push(centred_slope(time, values, row, half)),
+        let four = side_by_side(time, signals, window, half);
+        row += if four.is_some() { 4 } else { 1 };
+        for (signal, slopes) in slopes.iter_mut().enumerate() {
+            match &four {
+                Some(four) => slopes.extend(four[signal]),
+                None => slopes.push(centred_slope(time, signals[signal], piece.start + slopes.len(), half)),
+            }
         }
     }
-    slopes.truncate(piece.len());
+    slopes.iter_mut().for_each(|slopes| slopes.truncate(piece.len()));
     slopes
 }
 
@@ -64,30 +75,42 @@ pub fn centred_slope(time: &[f64], values: &[f64], row: usize, half: usize) -> f
 
 /// The slopes in a window of rows and in the three behind it, each summed up as [`slope`] does, to the last digit: one would wait
 /// for its own sums at every step. `None` where not all four are whole.
-fn side_by_side(time: &[f64], values: &[f64], window: Range<usize>, half: usize) -> Option<[f64; 4]> {
+fn side_by_side<const N: usize>(
+    time: &[f64],
+    signals: [&[f64]; N],
+    window: Range<usize>,
+    half: usize,
+) -> Option<[[f64; 4]; N]> {
     let rows = 2 * half + 1;
-    let reach = window.start..window.end + 3;
-    let (time, values) = (time.get(reach.clone())?, values.get(reach)?);
     if window.len() < rows {
         return None;
     }
-    let four = |four: &[f64]| f64x4::from([four[0], four[1], four[2], four[3]]);
-    // As many as there are rows.
-    let fours = || time.windows(4).zip(values.windows(4));
-    let (mut middle, mut level) = (f64x4::splat(-0.0), f64x4::splat(-0.0));
-    for (time, values) in fours() {
-        middle += four(time);
-        level += four(values);
+    // Cut to what the loops below ask for, so that no step of theirs asks whether it is there.
+    let all = rows.checked_add(3)?;
+    let time = time.get(window.start..)?.get(..all)?;
+    let mut values: [&[f64]; N] = [&[]; N];
+    for (values, signal) in values.iter_mut().zip(signals) {
+        *values = signal.get(window.start..)?.get(..all)?;
+    }
+    let four = |of: &[f64], row: usize| f64x4::from([of[row], of[row + 1], of[row + 2], of[row + 3]]);
+    let (mut middle, mut levels) = (f64x4::splat(-0.0), [f64x4::splat(-0.0); N]);
+    for row in 0..rows {
+        middle += four(time, row);
+        for signal in 0..N {
+            levels[signal] += four(values[signal], row);
+        }
     }
     let count = f64x4::splat(rows as f64);
-    let (middle, level) = (middle / count, level / count);
-    let (mut up, mut spread) = (f64x4::splat(0.0), f64x4::splat(f64::MIN_POSITIVE));
-    for (time, values) in fours() {
-        let (time, value) = (four(time) - middle, four(values) - level);
-        up += time * value;
+    let (middle, levels) = (middle / count, levels.map(|level| level / count));
+    let (mut ups, mut spread) = ([f64x4::splat(0.0); N], f64x4::splat(f64::MIN_POSITIVE));
+    for row in 0..rows {
+        let time = four(time, row) - middle;
+        for signal in 0..N {
+            ups[signal] += time * (four(values[signal], row) - levels[signal]);
+        }
         spread += time * time;
     }
-    Some((up / spread).to_array())
+    Some(ups.map(|up| (up / spread).to_array()))
 }
 
 /// The same within each of these `pieces`; not-a-number beside them.
@@ -95,7 +118,7 @@ fn side_by_side(time: &[f64], values: &[f64], window: Range<usize>, half: usize)
 pub fn centred_slopes_within(time: &[f64], values: &[f64], pieces: &[Range<usize>], half: usize) -> Vec<f64> {
     let mut slopes = vec![f64::NAN; values.len()];
     for piece in pieces {
-        let found = centred_slopes(&time[piece.clone()], &values[piece.clone()], half);
+        let [found] = centred_slopes(&time[piece.clone()], [&values[piece.clone()]], half);
         slopes[piece.clone()].copy_from_slice(&found);
     }
     slopes
@@ -117,7 +140,7 @@ mod tests {
     fn a_straight_line_has_one_slope() {
         let (time, line) = ([0.0, 0.5, 1.0, 2.0], [1.0, 2.0, 3.0, 5.0]);
         assert_eq!(slope(&time, &line).0, 2.0);
-        assert_eq!(centred_slopes(&time, &line, 2), [2.0; 4]);
+        assert_eq!(centred_slopes(&time, [&line], 2), [[2.0; 4]]);
         assert_eq!(forward_slopes(&time, &line), [2.0, 2.0, 2.0, 0.0]);
     }
 
@@ -130,11 +153,17 @@ mod tests {
                 (0..samples).map(|k| 0.01 * f64::from(k) + 1e-4 * f64::from(k % 3)).collect();
             let value = |k: i32| if k == 31 { f64::NAN } else { (0.3 * f64::from(k)).sin() };
             let values: Vec<f64> = (0..samples).map(value).collect();
-            let found = centred_slopes(&time, &values, half);
-            let alone: Vec<f64> =
-                (0..values.len()).map(|row| centred_slope(&time, &values, row, half)).collect();
+            let others: Vec<f64> = values.iter().rev().map(|value| 2.0 * value + 1.0).collect();
             let is_same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
-            assert!(found.len() == alone.len() && found.iter().zip(&alone).all(is_same), "{samples}, {half}");
+            let both = centred_slopes(&time, [&values, &others], half);
+            for (values, found) in [&values, &others].into_iter().zip(both) {
+                let alone: Vec<f64> =
+                    (0..values.len()).map(|row| centred_slope(&time, values, row, half)).collect();
+                assert!(
+                    found.len() == alone.len() && found.iter().zip(&alone).all(is_same),
+                    "{samples}, {half}"
+                );
+            }
         }
     }
 
