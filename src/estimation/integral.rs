@@ -1,5 +1,7 @@
 //! Running integrals over time, and straight lines where values are missing.
 
+use super::finite::finite_rows;
+
 /// The running integral of a signal that is held from its sample until the next one; one that is missing counts as nothing.
 pub(crate) fn integral_of_held(time: &[f64], values: &[f64]) -> Vec<f64> {
     running(time, |row, step| if values[row].is_finite() { values[row] * step } else { 0.0 })
@@ -23,7 +25,7 @@ pub(crate) fn running(time: &[f64], added: impl Fn(usize, f64) -> f64) -> Vec<f6
 
 /// Straight lines between values that are there; before the first and behind the last, that one. Of none, not-a-number.
 pub(crate) fn interpolated(time: &[f64], values: &[f64]) -> Vec<f64> {
-    let known: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let known: Vec<usize> = finite_rows(values, 0..values.len());
     let mut next = 0;
     (0..values.len())
         .map(|row| {

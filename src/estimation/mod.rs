@@ -8,6 +8,7 @@ pub mod cross_correlation;
 pub mod dependence;
 pub(crate) mod dependent_columns;
 pub mod estimate;
+pub(crate) mod finite;
 pub(crate) mod fit_problem;
 pub mod frequency_response;
 pub mod golden_section;

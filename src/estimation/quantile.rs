@@ -1,5 +1,6 @@
 //! Order statistics.
 
+use super::finite::{finite, gathered};
 use crate::cancel;
 
 /// The median of the size of a normal variable, over its standard deviation.
@@ -10,7 +11,7 @@ pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 #[must_use]
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     cancel::check();
-    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let mut values = finite(values);
     let last = values.len().checked_sub(1)?;
     let rank = (share * values.len() as f64) as usize;
     Some(*values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1)
@@ -23,7 +24,7 @@ pub fn quantiles<const N: usize>(
     shares: [f64; N],
 ) -> Option<[f64; N]> {
     cancel::check();
-    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let mut values = finite(values);
     let (count, last) = (values.len() as f64, values.len().checked_sub(1)?);
     Some(shares.map(|share| {
         let rank = (share * count) as usize;
@@ -35,10 +36,21 @@ pub fn quantiles<const N: usize>(
 #[must_use]
 pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     cancel::check();
-    let mut values: Vec<f64> = values.into_iter().collect();
+    let mut keys = gathered(values.into_iter().map(key));
     // Equal numbers are the same: their order does not show.
-    values.sort_unstable_by(f64::total_cmp);
-    values
+    keys.sort_unstable();
+    keys.into_iter().map(of_key).collect()
+}
+
+/// A whole number that is less where the value is, by [`f64::total_cmp`]: whole numbers are sorted in half the time.
+fn key(value: f64) -> i64 {
+    let bits = value.to_bits() as i64;
+    bits ^ (i64::MAX & (bits >> 63))
+}
+
+/// The value again: what the sign flips, it flips back.
+fn of_key(key: i64) -> f64 {
+    f64::from_bits((key ^ (i64::MAX & (key >> 63))) as u64)
 }
 
 /// The finite values in ascending order, each once.
@@ -102,6 +114,30 @@ mod tests {
         assert_eq!(median([f64::NAN]), None);
         assert_eq!(distinct(&[3.0, f64::NAN, 1.0, 3.0]), [1.0, 3.0]);
         assert_eq!(sorted([2.0, f64::INFINITY, -1.0]), [-1.0, 2.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn what_is_sorted_is_in_the_total_order_of_numbers() {
+        let values = [
+            1.5,
+            f64::NAN,
+            -f64::INFINITY,
+            0.0,
+            -1e-310,
+            -0.0,
+            -2.5,
+            f64::INFINITY,
+            5e-324,
+            -f64::NAN,
+            1e300,
+            -2.0,
+        ];
+        let mut expected = values;
+        expected.sort_by(f64::total_cmp);
+        assert_eq!(
+            sorted(values).iter().map(|it| it.to_bits()).collect::<Vec<_>>(),
+            expected.map(f64::to_bits)
+        );
     }
 
     #[test]

@@ -240,6 +240,13 @@ impl Stepped<'_> {
         (free[0].max(free[1]) - fixed.likelihood()) / fixed.steps.len().max(1) as f64
     }
 
+    /// Whether so many steps can lie between holds that last, by the inputs alone: of what moves from row to row the holds would take
+    /// three times the input's own memory.
+    pub(crate) fn may_step<'b>(inputs: impl Iterator<Item = &'b [f64]>, fewest: usize) -> bool {
+        let holds = inputs.flat_map(|inputs| inputs.chunk_by(|a, b| a == b));
+        holds.filter(|hold| hold.len() > THRESHOLDS.shortest_hold_rows).take(fewest + 1).count() > fewest
+    }
+
     /// Whether the input stands between its steps: `fewest` of them lie between holds that last, and no more do not that are nearly as
     /// large. (What moves from row to row leaves no hold in which its answer could be seen.)
     fn is_stepwise(&self, fewest: usize) -> bool {

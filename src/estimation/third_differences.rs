@@ -18,8 +18,19 @@ pub(crate) fn third_differences<'a>(
     let share = if stride > 1 { length / THRESHOLDS.enough_differences + 1 } else { 1 };
     let four = |from: &[f64]| [from[0], from[stride], from[2 * stride], from[3 * stride]];
     let difference = |[a, b, c, d]: [f64; 4]| (d - 3.0 * c + 3.0 * b - a).abs();
-    let fours = pieces.clone().flat_map(|piece| piece.windows(3 * stride + 1).step_by(share).map(four));
-    let mut differences: Vec<f64> = fours.filter(|four| four.iter().all(&is_there)).map(difference).collect();
+    // Without room for all, it would be copied each time that it has grown to twice its length.
+    let mut differences = Vec::with_capacity(length / share);
+    for piece in pieces.clone() {
+        let fours = piece.windows(3 * stride + 1);
+        let mut add = |from: &[f64]| {
+            let four = four(from);
+            if four.iter().all(&is_there) {
+                differences.push(difference(four));
+            }
+        };
+        // Steps of one, which most are, take longer by an iterator that asks how long they are.
+        if share == 1 { fours.for_each(add) } else { fours.step_by(share).for_each(&mut add) }
+    }
     let there = || pieces.clone().map(|piece| piece.iter().copied().filter(&is_there));
     // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
     if THRESHOLDS.in_a_row * share * differences.len() < there().map(Iterator::count).sum() {

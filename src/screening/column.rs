@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::Finding;
 use super::channel::Judgement;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{median_step, sorted};
 use crate::log::signals::LOG_SIGNALS;
 use crate::log::{Cells, Dataset};
@@ -52,7 +53,7 @@ impl<'a> CheckedColumn<'a> {
     /// The column of this name, of which `judged` was found; `None` where the log has none, or it is empty.
     pub(crate) fn of(log: &'a Dataset, name: &'a str, judged: &'a [Judgement]) -> Option<Self> {
         let values = log.cells(name)?.for_once();
-        let present: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+        let present: Vec<usize> = finite_rows(&values, 0..values.len());
         let time = log.time();
         let interval = median_step(present.iter().map(|row| time[*row])).unwrap_or(0.0);
         let sorted = sorted(present.iter().map(|row| values[*row]));

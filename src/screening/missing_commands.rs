@@ -7,6 +7,7 @@
 //! known. Where the command is held for longer than what is missing, and is the same on both sides, nothing was missed.
 
 use super::thresholds::THRESHOLDS;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{median, quantile};
 use std::ops::Range;
 
@@ -58,12 +59,10 @@ impl Pairs<'_> {
 /// not-a-number in empty cells.
 pub(crate) fn find(time: &[f64], command: &[f64], stretches: &[Range<usize>]) -> Missing {
     let uncut = Missing { known: stretches.to_vec(), ..Missing::default() };
-    let of = |stretch: &Range<usize>| -> Vec<usize> {
-        stretch.clone().filter(|&row| command[row].is_finite()).collect()
-    };
+    let of = |stretch: &Range<usize>| finite_rows(command, stretch.clone());
     let given: Vec<Vec<usize>> = stretches.iter().map(of).collect();
-    let gaps: Vec<f64> =
-        given.iter().flat_map(|rows| rows.windows(2).map(|pair| time[pair[1]] - time[pair[0]])).collect();
+    let mut gaps = Vec::with_capacity(given.iter().map(Vec::len).sum());
+    gaps.extend(given.iter().flat_map(|rows| rows.windows(2).map(|pair| time[pair[1]] - time[pair[0]])));
     let Some(interval) = steady_interval(&gaps) else { return uncut };
     let pairs = Pairs { time, command, interval };
     let change = |pair: &Pair| (command[pair.rows.1] - command[pair.rows.0]).abs();

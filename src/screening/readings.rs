@@ -3,43 +3,64 @@
 use std::borrow::Cow;
 
 use super::thresholds::THRESHOLDS;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::median_step;
 
 /// The channel with straight lines over missing cells, where its readings come at an interval and only a few are missing. For
 /// what a channel drives; nothing is judged by what lies on such a line. A channel without gaps is not copied.
 #[must_use]
 pub fn bridged<'a>(time: &[f64], values: &'a [f64]) -> Cow<'a, [f64]> {
-    if values.iter().all(|value| value.is_finite()) {
-        return Cow::Borrowed(values);
-    }
-    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let mut bridged = values.to_vec();
-    let Some(interval) = median_step(known.iter().map(|row| time[*row])) else { return bridged.into() };
-    for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
-        let (from, to) = (pair[0], pair[1]);
-        let span = time[to] - time[from];
-        if span > THRESHOLDS.bridged * interval {
-            continue;
+    let Some(readings) = Readings::of(time, values) else { return Cow::Borrowed(values) };
+    readings.bridged(time, values).into()
+}
+
+/// The readings of a channel that has gaps.
+struct Readings {
+    /// Their rows.
+    known: Vec<usize>,
+    /// [s] from one to the next; `None` where there are not two.
+    interval: Option<f64>,
+}
+
+impl Readings {
+    /// `None` of a channel without gaps.
+    fn of(time: &[f64], values: &[f64]) -> Option<Self> {
+        if values.iter().all(|value| value.is_finite()) {
+            return None;
         }
-        for row in from + 1..to {
-            bridged[row] = values[from] + (values[to] - values[from]) * (time[row] - time[from]) / span;
-        }
+        let known: Vec<usize> = finite_rows(values, 0..values.len());
+        let interval = median_step(known.iter().map(|row| time[*row]));
+        Some(Self { known, interval })
     }
-    bridged.into()
+
+    fn bridged(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        let mut bridged = values.to_vec();
+        let Some(interval) = self.interval else { return bridged };
+        for pair in self.known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
+            let (from, to) = (pair[0], pair[1]);
+            let span = time[to] - time[from];
+            if span > THRESHOLDS.bridged * interval {
+                continue;
+            }
+            for row in from + 1..to {
+                bridged[row] = values[from] + (values[to] - values[from]) * (time[row] - time[from]) / span;
+            }
+        }
+        bridged
+    }
 }
 
 /// The same, and on either side of each gap that is too long for a line, and of the log, the nearest reading for as long as one
 /// usually stands until the next: where readings come with every fourth row, the first three rows have one, too.
 #[must_use]
 pub fn carried<'a>(time: &[f64], values: &'a [f64]) -> Cow<'a, [f64]> {
-    let Cow::Owned(mut carried) = bridged(time, values) else { return Cow::Borrowed(values) };
-    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let interval = median_step(known.iter().map(|row| time[*row]));
-    let Some(interval) = interval else { return carried.into() };
+    let Some(readings) = Readings::of(time, values) else { return Cow::Borrowed(values) };
+    let mut carried = readings.bridged(time, values);
+    let Some(interval) = readings.interval else { return carried.into() };
     // Half a row less: a reading of every row stands for its own.
     let rows = median_step(time.iter().copied()).unwrap_or(0.0);
     let stands = interval - 0.5 * rows;
-    for row in known {
+    for row in readings.known {
         for behind in (row + 1..values.len()).take_while(|at| time[*at] - time[row] <= stands) {
             if carried[behind].is_finite() {
                 break;

@@ -30,6 +30,7 @@ use crate::log::Dataset;
 use crate::log::segments::common;
 use crate::signal::ROTORS;
 use crate::signal::columns::{BODY_RATE, TORQUE_COMMAND};
+use crate::threads::spread;
 
 /// What drives the body of a log, by what is best known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,8 +136,8 @@ impl ScreenedBody {
             CheckedBody { log, rate: body_rate, rotors: rotors.iter().map(ScreenedRotor::data).collect() };
         let checked = Checked::of(&body);
         if let [Some(first), Some(second)] = rates {
-            let inputs = [first, second].map(|rates| Input::measured(log, rates));
-            return Some(Self::driven(log, inputs.into(), DrivenBy::MeasuredRates, checked));
+            let inputs = spread(&[first, second], |rates| Input::measured(log, rates));
+            return Some(Self::driven(log, inputs, DrivenBy::MeasuredRates, checked));
         }
         if let Some(torque) = log.column(TORQUE_COMMAND) {
             let (input, torque) = Input::torque(log, torque);
@@ -164,21 +165,29 @@ impl ScreenedBody {
         let segments = log.segments();
         let each = inputs.iter().map(|input| &input.known[..]);
         let stretches = each.fold(segments.clone(), |known, input| common(&known, input));
-        let mut why = vec![Some(HOLES); log.len()];
-        segments.into_iter().filter(|rows| rows.len() > 1).for_each(|rows| why[rows].fill(None));
+        /// Of each row a place in the table of codes, which is shorter: a code itself takes twice as much as a channel's cell.
+        const SCORED: u8 = u8::MAX;
+        let mut codes = vec![HOLES];
+        let mut why = vec![0; log.len()];
+        segments.into_iter().filter(|rows| rows.len() > 1).for_each(|rows| why[rows].fill(SCORED));
         let mut leave_out = |rows: &mut dyn Iterator<Item = usize>, code| {
+            let place = codes.len() as u8;
+            codes.push(code);
             rows.for_each(|row| {
-                why[row].get_or_insert(code);
+                if why[row] == SCORED {
+                    why[row] = place;
+                }
             });
         };
         for input in &inputs {
             leave_out(&mut beside(&input.known, log.len()), input.lacks);
-            let rests = |row: &usize| input.modelled.is_some_and(|rotor| rotor.rests(*row));
-            leave_out(&mut (0..log.len()).filter(rests), STANDSTILL);
+            if let Some(rotor) = input.modelled {
+                leave_out(&mut (0..log.len()).filter(|row| rotor.rests(*row)), STANDSTILL);
+            }
         }
         // A row alone between two gaps.
         leave_out(&mut beside(&stretches, log.len()), HOLES);
-        let left_out = LeftOut::of(why.into_iter());
+        let left_out = LeftOut::of(why.into_iter().map(|place| codes.get(usize::from(place)).copied()));
         Self { driven_by, stretches, left_out, torque: None, checked }
     }
 

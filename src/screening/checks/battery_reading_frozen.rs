@@ -1,5 +1,6 @@
 //! A battery whose reading keeps one value for longer than one that is read in steps does.
 
+use crate::estimation::finite::finite_rows;
 use crate::screening::battery_plateaus::longest_plateau;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::suspicion::Suspicion;
@@ -21,7 +22,7 @@ pub(crate) fn check(rotor: &RotorLog) -> Option<Suspicion> {
 
 /// [s] [s] [V] the longest time over which a voltage keeps its value.
 fn standing(time: &[f64], voltage: &[f64]) -> Option<(f64, f64, f64)> {
-    let rows: Vec<usize> = (0..voltage.len()).filter(|row| voltage[*row].is_finite()).collect();
+    let rows: Vec<usize> = finite_rows(voltage, 0..voltage.len());
     let spans = rows.chunk_by(|a, b| voltage[*a] == voltage[*b]).map(|run| {
         let (first, last) = (run[0], run[run.len() - 1]);
         (time[first], time[last], voltage[first])

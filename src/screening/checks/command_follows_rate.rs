@@ -11,6 +11,7 @@
 //! when the rows came.
 
 use crate::estimation::dependent_columns::DesignRows;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median};
 use crate::screening::channel::Judgement;
 use crate::screening::rotor::CheckedRotor;
@@ -50,7 +51,7 @@ fn pasts(data: &RotorLog) -> Vec<Readings> {
     let share = data.scored().count().div_ceil(THRESHOLDS.new_most).max(1);
     let mut found = Vec::new();
     for segment in &data.segments {
-        let known: Vec<usize> = segment.clone().filter(|row| data.rate[*row].is_finite()).collect();
+        let known: Vec<usize> = finite_rows(&data.rate, segment.clone());
         let all = known.windows(READINGS).step_by(share);
         found.extend(all.filter_map(|rows| Readings::try_from(rows).ok()));
     }

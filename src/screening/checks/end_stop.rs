@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::frozen_gyro::{drive, range};
+use crate::estimation::finite::finite_rows;
 use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::extremes;
 use crate::screening::Finding;
@@ -94,7 +95,7 @@ impl<'a> Standing<'a> {
     fn at(&self, end: f64) -> Vec<Range<usize>> {
         let mut found = Vec::new();
         for segment in self.body.log.segments() {
-            let known: Vec<usize> = segment.filter(|row| self.angle[*row].is_finite()).collect();
+            let known: Vec<usize> = finite_rows(self.angle, segment);
             let is_there = |row: usize| (self.angle[row] - end).abs() <= self.band();
             let runs = known.chunk_by(|a, b| is_there(*a) == is_there(*b)).filter(|rows| is_there(rows[0]));
             found.extend(runs.map(|rows| rows[0]..rows[rows.len() - 1] + 1));

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::saturation::SATURATED;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 use crate::screening::channel::{CheckedChannel, Judgement};
@@ -25,7 +26,7 @@ pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
     let log = channel.log;
     // What a logger held may be frozen as well.
     let values = channel.without(|code| code == SATURATED);
-    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let known: Vec<usize> = finite_rows(&values, 0..values.len());
     let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
     let found = too_long(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
     let is_frozen = |run: &Range<usize>| match log.column(BODY_ANGLE) {

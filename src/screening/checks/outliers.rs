@@ -7,6 +7,7 @@
 //! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
 
 use super::saturation::SATURATED;
+use crate::estimation::finite::finite_rows;
 use std::borrow::Cow;
 
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median, quantile, quantiles};
@@ -106,11 +107,8 @@ struct Neighbourhood<'a> {
 impl<'a> Neighbourhood<'a> {
     fn of(log: &'a Dataset, values: &'a [f64], command: Option<&'a [f64]>) -> Option<Self> {
         let time = log.time();
-        let stretches: Vec<Vec<usize>> = log
-            .segments()
-            .into_iter()
-            .map(|rows| rows.filter(|row| values[*row].is_finite()).collect())
-            .collect();
+        let stretches: Vec<Vec<usize>> =
+            log.segments().into_iter().map(|rows| finite_rows(values, rows)).collect();
         let pairs = || stretches.iter().flat_map(|rows| rows.windows(2));
         let interval = median(pairs().map(|pair| time[pair[1]] - time[pair[0]]))?;
         let step = pairs().map(|pair| (values[pair[1]] - values[pair[0]]).abs()).filter(|step| *step > 0.0);

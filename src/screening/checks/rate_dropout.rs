@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{median, quantile};
 use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::rotor_data::{LEAST_COMMAND, held};
@@ -25,7 +26,7 @@ pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
 fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>) -> Vec<usize> {
     let middle = middle(rate);
     let is_started = started(time, command, segment);
-    let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
+    let known: Vec<usize> = finite_rows(rate, segment.clone());
     let turns = |at: Option<usize>| {
         at.and_then(|at| known.get(at))
             .is_some_and(|row| rate[*row].abs() > THRESHOLDS.dropout_neighbour * middle)

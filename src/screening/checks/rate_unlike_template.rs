@@ -1,6 +1,6 @@
 //! Rates that are those of another unit, by what the model's rotor does at the same commands.
 
-use crate::estimation::quantile::quantile;
+use crate::estimation::quantile::quantiles;
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::screening::plausibility::{LEAST_HELD, UNITS, is_another, nearest};
@@ -36,10 +36,10 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
 
 /// Quartiles of how many times the model's rates the measured ones are, where the model's are a fair share of its greatest.
 fn quartiles(rotor: &RotorLog, model: &Model) -> [f64; 3] {
-    let expected = |row: usize| model.steady_rate(rotor.command[row]);
     let rows = || rotor.segments.iter().cloned().flatten().filter(|row| rotor.command[*row] >= LEAST_HELD);
-    let fair = THRESHOLDS.fair_rate_share * rows().map(expected).fold(0.0, f64::max);
-    let ratios = rows().filter(|row| fair > 0.0 && expected(*row) >= fair);
-    let ratios: Vec<f64> = ratios.map(|row| rotor.rate[row].abs() / expected(row)).collect();
-    [0.25, 0.5, 0.75].map(|share| quantile(ratios.iter().copied(), share).unwrap_or(0.0))
+    let expected = || rows().map(|row| (row, model.steady_rate(rotor.command[row])));
+    let fair = THRESHOLDS.fair_rate_share * expected().map(|(_, rate)| rate).fold(0.0, f64::max);
+    let is_fair = |(_, rate): &(usize, f64)| fair > 0.0 && *rate >= fair;
+    let ratios = expected().filter(is_fair).map(|(row, rate)| rotor.rate[row].abs() / rate);
+    quantiles(ratios, [0.25, 0.5, 0.75]).unwrap_or_default()
 }

@@ -5,6 +5,7 @@
 //! moves*: by many steps of the reading into a run of equal cells, and by many out of it. Of fresh readings nearly all
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{distinct, median_step};
 use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
@@ -74,7 +75,7 @@ fn behind(rows: &[usize], most: usize) -> impl Iterator<Item = usize> + '_ {
 }
 
 fn runs(values: &[f64], rows: std::ops::Range<usize>) -> Vec<Run> {
-    let known: Vec<usize> = rows.filter(|row| values[*row].is_finite()).collect();
+    let known: Vec<usize> = finite_rows(values, rows);
     let equal = known.chunk_by(|a, b| values[*a] == values[*b]);
     equal.map(|rows| Run { rows: rows.to_vec(), value: values[rows[0]] }).collect()
 }

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::{median, sorted};
 use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
@@ -68,7 +69,7 @@ pub(crate) fn check(channel: &CheckedChannel) -> Option<Judgement> {
 /// it, where that is one rotor's and is known.
 #[must_use]
 pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated> {
-    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let known: Vec<usize> = finite_rows(values, 0..values.len());
     let sorted = sorted(known.iter().map(|row| values[*row]));
     let piles = piles(&sorted);
     if piles.is_empty() {

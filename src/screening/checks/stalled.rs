@@ -7,6 +7,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use crate::estimation::finite::finite_rows;
 use crate::screening::channel::Judgement;
 use crate::screening::rotor::CheckedRotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
@@ -55,8 +56,7 @@ fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
     };
     let mut found: Vec<Range<usize>> = Vec::new();
     for segment in whole.iter().filter(|_| greatest > 0.0) {
-        let known: Vec<usize> =
-            segment.clone().filter(|row| rate.get(*row).is_some_and(|it| it.is_finite())).collect();
+        let known: Vec<usize> = finite_rows(rate, segment.clone());
         let known: Vec<(usize, bool)> = known.into_iter().map(|row| (row, stands(row))).collect();
         let runs = known.chunk_by(|a, b| a.1 == b.1).filter(|rows| rows[0].1);
         found.extend(runs.map(|rows| rows[0].0..rows[rows.len() - 1].0 + 1));
@@ -67,7 +67,7 @@ fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
     }
     let turned = least_turning_command(data, rate, &whole, THRESHOLDS.standing_share * greatest);
     found.retain(|rows| {
-        let known: Vec<usize> = rows.clone().filter(|row| rate[*row].is_finite()).collect();
+        let known: Vec<usize> = finite_rows(rate, rows.clone());
         let most = extremes(data, &known, |command, last| command <= last).fold(0.0, f64::max);
         most >= turned - THRESHOLDS.command_same
     });
@@ -79,7 +79,7 @@ fn stalls(rotor: &CheckedRotor) -> Vec<Range<usize>> {
 fn least_turning_command(data: &RotorLog, rate: &[f64], whole: &[Range<usize>], standing: f64) -> f64 {
     let mut least = f64::INFINITY;
     for segment in whole {
-        let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
+        let known: Vec<usize> = finite_rows(rate, segment.clone());
         for turning in known.chunk_by(|a, b| (rate[*a] > standing) == (rate[*b] > standing)) {
             if rate[turning[0]] > standing {
                 least = extremes(data, turning, |command, last| command >= last).fold(least, f64::min);

@@ -61,6 +61,9 @@ fn step_between_rows(found: &Instants, elsewhere: bool) -> bool {
 
 impl RotorLog {
     fn step_instants(&self, fewest: usize, most_left: f64) -> Option<Instants> {
+        if !Stepped::may_step(self.segments.iter().map(|rows| &self.command[rows.clone()]), fewest) {
+            return None;
+        }
         let mut stretches: Vec<Vec<Hold>> = Vec::new();
         for rows in &self.segments {
             let mut holds: Vec<Hold> = Vec::new();

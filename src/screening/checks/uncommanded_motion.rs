@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use crate::estimation::autocorrelation::lag_one_correlation;
+use crate::estimation::finite::finite_rows;
 use crate::estimation::least_squares;
 use crate::screening::channel::Judgement;
 use crate::screening::excitation::SteadyCommand;
@@ -60,7 +61,7 @@ impl RotorLog {
 
     /// [rad/s] scatter of the rate about its smooth course and its mean, where that is too much for a constant command.
     fn scatter(&self, rows: &Range<usize>) -> Option<(f64, f64)> {
-        let rows: Vec<usize> = rows.clone().filter(|&row| self.rate[row].is_finite()).collect();
+        let rows: Vec<usize> = finite_rows(&self.rate, rows.clone());
         if rows.len() < THRESHOLDS.scatter_fewest {
             return None;
         }
