@@ -97,6 +97,14 @@ impl Cells {
         }
     }
 
+    /// How many there are in memory: of a long column of few, those.
+    pub(crate) fn held(&self) -> usize {
+        match &self.all {
+            Held::Few(few) => few.values.len(),
+            Held::Each(_) => self.rows.len(),
+        }
+    }
+
     /// Whether any of them is a number.
     #[must_use]
     pub fn has_any(&self) -> bool {

@@ -14,6 +14,7 @@
 //! ```
 
 use std::cell::Cell;
+use std::cmp::Reverse;
 use std::num::NonZeroUsize;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -68,6 +69,21 @@ pub fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> V
         true
     });
     answers.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().flatten().collect()
+}
+
+/// The same where some items take much longer than others: those of the greatest `length` are begun first, so that nobody waits for
+/// one that was begun last.
+pub fn spread_longest_first<T: Sync, R: Send>(
+    items: &[T],
+    length: impl Fn(&T) -> usize,
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let mut order: Vec<usize> = (0..items.len()).collect();
+    order.sort_by_cached_key(|at| Reverse(length(&items[*at])));
+    let done = spread(&order, |at| work(&items[*at]));
+    let mut answers: Vec<(usize, R)> = order.into_iter().zip(done).collect();
+    answers.sort_unstable_by_key(|(at, _)| *at);
+    answers.into_iter().map(|(_, answer)| answer).collect()
 }
 
 /// Has so many workers, this thread one of them, take turns until there are no more. What they do hides behind a pointer: the code
@@ -150,6 +166,20 @@ mod tests {
         let items: Vec<String> = (0..100).map(|number| number.to_string()).collect();
         let done = limited(NonZeroUsize::new(4), || spread_out(items.clone(), |item| item));
         assert_eq!(done, items);
+    }
+
+    #[test]
+    fn the_longest_is_begun_first_and_answers_in_its_place() {
+        let begun = Mutex::new(Vec::new());
+        let work = |item: &usize| {
+            begun.lock().expect("nobody panics").push(*item);
+            10 * item
+        };
+        let done = limited(NonZeroUsize::new(1), || spread_longest_first(&[2, 7, 1, 7], |item| *item, work));
+        assert_eq!(
+            (done, begun.into_inner().expect("nobody panics")),
+            (vec![20, 70, 10, 70], vec![7, 7, 2, 1])
+        );
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::signal::columns::{
     self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMANDS, PROPELLER_RATES, TORQUE_COMMAND,
 };
 use crate::signal::{ROTORS, side};
-use crate::threads::spread;
+use crate::threads::spread_longest_first;
 
 /// Runs every block that finds its inputs and its output.
 pub(crate) fn blocks(
@@ -33,7 +33,7 @@ pub(crate) fn blocks(
     let driven = |name: &'static str, driven: Option<BodyDrive>| {
         driven.map_or_else(Vec::new, |driven| body(name, &equations, log, config, &driven))
     };
-    let one = |part: &Part| -> Result<Vec<BlockRun>, CompareError> {
+    let one = |(_, part): &(usize, Part)| -> Result<Vec<BlockRun>, CompareError> {
         let found: Vec<BlockRun> = match *part {
             Part::Actuator(rotor) => actuator(model, &equations, screened, rotor)?.into_iter().collect(),
             Part::Thrust(rotor) => thrust(model, &equations, screened, rotor).into_iter().collect(),
@@ -43,7 +43,10 @@ pub(crate) fn blocks(
         };
         Ok(found.into_iter().map(BlockRun::end).collect())
     };
-    let found: Result<Vec<Vec<BlockRun>>, CompareError> = spread(&parts(log), one).into_iter().collect();
+    // Those of the body, which are downstream, take longest.
+    let parts: Vec<(usize, Part)> = parts(log).into_iter().enumerate().collect();
+    let found = spread_longest_first(&parts, |(place, _)| *place, one);
+    let found: Result<Vec<Vec<BlockRun>>, CompareError> = found.into_iter().collect();
     Ok(found?.into_iter().flatten().collect())
 }
 

@@ -32,7 +32,7 @@ mod unknown_torque;
 
 use block_run::BlockRun;
 use dependence::relations;
-use noise::Noise;
+use noise::{Noise, SignalNoise};
 use related_rows::Related;
 use thresholds::THRESHOLDS;
 
@@ -45,7 +45,7 @@ use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
 use crate::screening::requirements::check_magnitudes;
-use crate::threads::{both, spread};
+use crate::threads::both;
 
 pub use config::CompareConfig;
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
@@ -148,10 +148,11 @@ pub fn compare(
     }
     // Findings, nothing is refused: a comparison may be what somebody looks at to find that out.
     let beside = |model| identify::mistaken_and_lacking(std::slice::from_ref(log), model);
-    let [mistaken, lacking] = models.first().map(beside).unwrap_or_default();
+    let (shown, [mistaken, lacking]) =
+        both(|| SignalNoise::of(log.dataset()), || models.first().map(beside).unwrap_or_default());
+    let noise = Noise::estimate(log.dataset(), &shown, &runs);
     let of_log = log.findings().filter(|it| !mistaken.contains(it));
     let warnings: Vec<Finding> = of_log.chain(&lacking).cloned().collect();
-    let noise = Noise::estimate(log.dataset(), &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
         cancel::check();
@@ -193,11 +194,12 @@ fn scored(
     config: &CompareConfig,
 ) -> Result<Scored, CompareError> {
     let log = screened.dataset();
-    let related = spread(&runs, |run| Related::of(&run.rows, run.residual(log).into()));
     // One run after the other, each let go of before the next: of a long log all of them fill the memory.
-    let score =
-        || -> Vec<ScoredBlock> { runs.into_iter().map(|run| run.score(model, log, noise, config)).collect() };
-    let (mut blocks, unknown_torque) = both(score, || unknown_torque::estimate(model, screened, noise));
+    let score = || -> (Vec<ScoredBlock>, Vec<Related>) {
+        runs.into_iter().map(|run| run.score(model, log, noise, config)).unzip()
+    };
+    let ((mut blocks, related), unknown_torque) =
+        both(score, || unknown_torque::estimate(model, screened, noise));
     let mut unknown_torque = unknown_torque?;
     let of_torque =
         unknown_torque.as_ref().map(|torque| Related::of(&torque.parts, torque.torque[..].into()));

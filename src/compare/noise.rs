@@ -11,7 +11,24 @@ use crate::log::Dataset;
 use crate::model::Model;
 use crate::screening::channel_noise::ChannelNoise;
 use crate::signal::columns::PROPELLER_RATES;
-use crate::threads::spread;
+use crate::threads::{spread, spread_longest_first};
+
+/// What each channel of a log shows of its own noise, whatever a model says of it.
+pub(crate) struct SignalNoise(BTreeMap<String, (ChannelNoise, f64)>);
+
+impl SignalNoise {
+    pub(crate) fn of(log: &Dataset) -> Self {
+        let segments = log.segments();
+        let names: Vec<&str> = log.names().collect();
+        let held = |name: &&str| log.cells(name).map_or(0, |cells| cells.held());
+        let channels = spread_longest_first(&names, held, |name| {
+            let values = log.cells(name)?.for_once();
+            let channel = ChannelNoise::of(values.iter().copied());
+            Some(((*name).to_owned(), (channel, channel.in_signal(&values, &segments))))
+        });
+        Self(channels.into_iter().flatten().collect())
+    }
+}
 
 /// Standard deviation of the noise of each measured signal, by column.
 #[derive(Debug, Clone, Default)]
@@ -20,15 +37,8 @@ pub(crate) struct Noise(BTreeMap<String, f64>);
 impl Noise {
     /// What the signal itself shows in its quiet stretches, unless what a model leaves says clearly otherwise: a model that follows a
     /// fast signal uncovers the noise below it, and where all that it leaves can be noise, coloured noise or bursts count with their rms.
-    pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
-        let segments = log.segments();
-        let names: Vec<&str> = log.names().collect();
-        let channels = spread(&names, |name| {
-            let values = log.cells(name)?.for_once();
-            let channel = ChannelNoise::of(values.iter().copied());
-            Some(((*name).to_owned(), (channel, channel.in_signal(&values, &segments))))
-        });
-        let channels: BTreeMap<String, (ChannelNoise, f64)> = channels.into_iter().flatten().collect();
+    pub(crate) fn estimate(log: &Dataset, channels: &SignalNoise, runs: &[Vec<BlockRun>]) -> Self {
+        let SignalNoise(channels) = channels;
         let shows_noise: Vec<&BlockRun> = runs.iter().flatten().filter(|run| run.shows_noise).collect();
         let left = spread(&shows_noise, |run| left_by(run, log, &channels.get(&run.signal)?.0));
         let of_signal = |(name, (_, alone)): (&String, &(ChannelNoise, f64))| {
@@ -126,9 +136,9 @@ mod tests {
             let measured: Vec<f64> = rows.clone().map(seldom).collect();
             sparse.add_scored(rows.clone(), &measured, &swing[rows]);
         }
-        let alone = Noise::estimate(&log, &[]).of("body_rate_rad_s");
-        let of_few = Noise::estimate(&log, &[vec![sparse]]).of("body_rate_rad_s");
-        let found = Noise::estimate(&log, &[vec![run]]).of("body_rate_rad_s");
+        let alone = Noise::estimate(&log, &SignalNoise::of(&log), &[]).of("body_rate_rad_s");
+        let of_few = Noise::estimate(&log, &SignalNoise::of(&log), &[vec![sparse]]).of("body_rate_rad_s");
+        let found = Noise::estimate(&log, &SignalNoise::of(&log), &[vec![run]]).of("body_rate_rad_s");
         assert_eq!(of_few, alone);
         assert!(alone > 0.008, "{alone}");
         // 4,800 correlated differences know it to about 1.7 %.
@@ -158,7 +168,7 @@ mod tests {
         let found = |modelled: &[f64]| {
             let mut run = BlockRun::new("actuator_1", PROPELLER_RATES[0], "rad/s", &[], NoisePath::Sensor);
             run.add(0..6_000, modelled);
-            Noise::estimate(&log, &[vec![run]]).of(PROPELLER_RATES[0])
+            Noise::estimate(&log, &SignalNoise::of(&log), &[vec![run]]).of(PROPELLER_RATES[0])
         };
         // 6,000 readings with a memory of three rows know it to about 3 %.
         assert!((found(&speed) / 2.0 - 1.0).abs() < 0.1, "{}", found(&speed));

@@ -6,6 +6,7 @@ use super::block_run::{BlockRun, NoisePath};
 use super::dependence::at_rows;
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
+use super::related_rows::Related;
 use super::run::RunMode;
 use super::thresholds::THRESHOLDS;
 use super::trace::Trace;
@@ -84,15 +85,17 @@ pub struct ScoredBlock {
 }
 
 impl BlockRun {
-    /// Scores an error against the noise; what it has to do with the channels is another question.
+    /// Scores an error against the noise; what it has to do with the channels is another question, asked of the samples that come
+    /// with the scores.
     pub(crate) fn score(
         self,
         model: &Model,
         log: &Dataset,
         noise: &Noise,
         config: &CompareConfig,
-    ) -> ScoredBlock {
+    ) -> (ScoredBlock, Related) {
         let residual = &self.residual(log)[..];
+        let related = Related::of(&self.rows, residual.into());
         let error = self.error(residual, log, self.noise_floor(model, log, noise, config));
         let corner =
             if self.name.starts_with("actuator") { model.actuator.pole / std::f64::consts::TAU } else { 1.0 };
@@ -100,7 +103,7 @@ impl BlockRun {
         let interval = log.median_interval();
         let failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
         drop(time);
-        ScoredBlock {
+        let scored = ScoredBlock {
             name: self.name.clone(),
             signal: self.signal.clone(),
             unit: self.unit,
@@ -110,7 +113,8 @@ impl BlockRun {
             error,
             failure,
             trace: if config.signals { self.into_trace(log) } else { Trace::default() },
-        }
+        };
+        (scored, related)
     }
 
     fn error(&self, residual: &[f64], log: &Dataset, noise_floor: f64) -> ErrorStatistics {

@@ -8,8 +8,8 @@ use memchr::{memchr, memchr_iter};
 use crate::cancel;
 use crate::threads::{spread, spread_out};
 
-/// [bytes] of a block, about: some ten milliseconds of work.
-const BLOCK: usize = 4 << 20;
+/// [bytes] of a block, about: some milliseconds of work, so that no thread waits long for another's last one.
+const BLOCK: usize = 1 << 20;
 
 /// The columns of a text behind its header, of which there are `columns`; the cells of column `time` may not be empty. `None`
 /// where it is not plain.
@@ -31,7 +31,8 @@ pub(super) fn append(body: &[u8], columns: &mut [Vec<f64>], time: usize) -> Opti
         column.resize(held + fresh, 0.0);
         held
     };
-    let held: Vec<usize> = columns.iter_mut().map(with_rows).collect();
+    // Memory is laid out when it is first written to, which takes as long as some of the numbers.
+    let held = spread_out(columns.iter_mut().collect(), with_rows);
     let mut left: Vec<&mut [f64]> =
         columns.iter_mut().zip(held).filter_map(|(column, held)| column.get_mut(held..)).collect();
     let mut parts = Vec::with_capacity(blocks.len());
@@ -45,7 +46,7 @@ pub(super) fn append(body: &[u8], columns: &mut [Vec<f64>], time: usize) -> Opti
     done.into_iter().collect()
 }
 
-/// Whole lines, some megabytes each.
+/// Whole lines, a megabyte each, about.
 fn blocks(mut body: &[u8]) -> Vec<&[u8]> {
     let mut blocks = Vec::new();
     while !body.is_empty() {

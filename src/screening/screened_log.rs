@@ -21,7 +21,7 @@ use crate::log::Dataset;
 use crate::log::signals::MOST_ROTORS;
 use crate::signal::ROTORS;
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
-use crate::threads::{both, spread};
+use crate::threads::{both, spread, spread_longest_first};
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
 ///
@@ -108,7 +108,12 @@ impl ScreenedChannel {
 impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
-        let channels = spread(&names, |name| ScreenedChannel::of(&raw, name)).into_iter().flatten().collect();
+        let readings = |name: &&str| {
+            let values = raw.column(name).unwrap_or_default();
+            values.iter().filter(|value| value.is_finite()).count()
+        };
+        let channels = spread_longest_first(&names, readings, |name| ScreenedChannel::of(&raw, name));
+        let channels = channels.into_iter().flatten().collect();
         let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
         Self(Arc::new(Judged::of(raw, channels, of_columns, &[], |battery| {
             checks::BATTERY.iter().find_map(|check| check(battery))
