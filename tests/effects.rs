@@ -146,7 +146,7 @@ fn declared_symmetries_hold() {
 fn by_the_book(term: Term, p: &[f64], point: &Point) -> Option<f64> {
     let Point { command: u, body_angle, body_rate, .. } = *point;
     Some(match term {
-        Term::DeadTime | Term::Lag => return None,
+        Term::DeadTime | Term::Lag | Term::SlewLimit => return None,
         Term::Constant => p[0],
         Term::VoltageDrop => -p[0] * (point.full_voltage - point.battery_voltage),
         Term::VoltageScaling => u * point.battery_voltage / point.full_voltage - u,
@@ -194,6 +194,11 @@ fn what_a_card_says_it_acts_as_is_what_its_law_does() {
             (Term::Lag, Law::Memory(memory)) => {
                 let left = behind_a_step(memory, 16.0);
                 assert!((left - (-1.6_f64).exp()).abs() < 1e-12, "{}: {left}", card.id);
+            }
+            (Term::SlewLimit, Law::Memory(memory)) => {
+                // A tenth of a second behind a step to one, at a quarter a second.
+                let left = behind_a_step(memory, 0.25);
+                assert!((left - 0.975).abs() < 1e-12, "{}: {left}", card.id);
             }
             (_, Law::Static(law) | Law::Stiff(law)) => {
                 for point in points(100) {

@@ -47,6 +47,8 @@ pub enum Term {
     DeadTime,
     /// y' = p (x - y), y in place of x.
     Lag,
+    /// y that follows x by at most so much a second, in place of x.
+    SlewLimit,
     /// A constant, whatever else.
     Constant,
     /// -k (v_bmax - v_b) in the steady rate: the paper's own k_V.

@@ -1,6 +1,6 @@
 //! The speed controller ramps its target instead of stepping it.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, Term};
 use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
@@ -25,7 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
-    acts_as: None,
+    acts_as: Some(Term::SlewLimit),
     report: [
         "Large steps are answered by a ramp, small ones as the model says.",
         "The speed controller limits how fast its target may change.",

@@ -184,14 +184,28 @@ impl Model {
             let parameters = effect.parameters.iter().map(|parameter| value(&parameter.name)).collect();
             Ok((effect, parameters))
         };
-        let effects = self.effects.iter().map(bound).collect::<Result<Vec<_>, _>>()?;
-        // The battery scales what the speed controller has made of a command, in whatever order the two were added: what is on a grid,
-        // or cut off, is the command as it was sent.
-        let (behind, before): (Vec<_>, Vec<_>) = effects
-            .into_iter()
-            .partition(|(effect, _)| effect.card.and_then(|card| card.acts_as) == Some(Term::VoltageScaling));
-        before.into_iter().chain(behind).for_each(|(effect, parameters)| equations.bind(&effect, parameters));
+        let mut effects = self.effects.iter().map(bound).collect::<Result<Vec<_>, _>>()?;
+        // Those of one place stay in the order in which they were added.
+        effects.sort_by_key(|(effect, _)| place(effect));
+        effects.into_iter().for_each(|(effect, parameters)| equations.bind(&effect, parameters));
         Ok(equations)
+    }
+}
+
+/// Where an effect stands among those of its site, in whatever order they were added to a model.
+///
+/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent. And
+/// what goes towards a steady rate goes towards all of it: first what the curve and the battery make; a warm motor makes less of it; then come
+/// laws of one's own; the speed controller ramps towards what they come to, and what lags follows the ramp.
+fn place(effect: &Effect) -> u8 {
+    let term = effect.card.and_then(|card| card.acts_as);
+    match (effect.site, term, &effect.law) {
+        (Site::Command, Some(Term::VoltageScaling), _) => 1,
+        (Site::SteadyRate, Some(Term::Lag), _) => 4,
+        (Site::SteadyRate, Some(Term::SlewLimit), _) => 3,
+        (Site::SteadyRate, _, Law::Expression(_)) => 2,
+        (Site::SteadyRate, _, Law::Memory(_)) => 1,
+        _ => 0,
     }
 }
 

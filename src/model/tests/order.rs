@@ -31,3 +31,51 @@ fn the_battery_scales_what_the_speed_controller_made_of_a_command() {
         assert!((rates[1] - steady).abs() < 1e-9, "{ids:?}: {rates:?}, {steady}");
     }
 }
+
+/// The steady rates behind each pair of effects, whichever was added first: what a lag or a ramp goes towards has all of the curve in it,
+/// a warm motor turns all of it more slowly, and what lags follows the ramp.
+#[test]
+fn what_goes_towards_a_steady_rate_goes_towards_all_of_it() {
+    let time: Vec<f64> = (0..40).map(|row| 0.02 * f64::from(row)).collect();
+    let command: Vec<f64> = (0..40).map(|row| if row < 20 { 0.4 } else { 0.6 }).collect();
+    for ids in [
+        ["static_cubic", "second_order_lag"],
+        ["battery_sag", "slew_rate_limit"],
+        ["static_offset", "motor_heating"],
+        ["motor_heating", "second_order_lag"],
+        ["slew_rate_limit", "second_order_lag"],
+    ] {
+        let rates = |ids: [&str; 2]| {
+            let model = ids.iter().fold(Model::paper(), |model, id| {
+                let effect = model.effect(id).expect("known");
+                model.with(&effect)
+            });
+            let (time, command, voltage) = (&time[..], &command[..], Some(&[11.0; 40][..]));
+            let input = RotorInput { time, command, command_from: None, voltage, side: 1.0 };
+            let mut rates = [0.0; 40];
+            model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
+            rates
+        };
+        let [first, second] = ids;
+        assert_eq!(rates(ids), rates([second, first]), "{ids:?}");
+    }
+    // The way is that of the lag from one level to the other, whatever bends the curve: read off between two rows behind the step.
+    let lagging = |bent: bool| {
+        let mut model = Model::paper();
+        for id in ["second_order_lag", "static_cubic"].into_iter().take(1 + usize::from(bent)) {
+            let effect = model.effect(id).expect("known");
+            model = model.with(&effect);
+        }
+        model.set_parameter("static_cubic.coefficient", 5_000.0);
+        let (time, command) = (&time[..], &command[..]);
+        let input = RotorInput { time, command, command_from: None, voltage: None, side: 1.0 };
+        let mut rates = [0.0; 40];
+        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
+        let [from, to] = [0.4, 0.6].map(|u: f64| {
+            let bend = 5_000.0 * (u - model.hover_command()).powi(3);
+            Model::paper().steady_rate(u) + if bent { bend } else { 0.0 }
+        });
+        (rates[24] - from) / (to - from)
+    };
+    assert!((lagging(true) - lagging(false)).abs() < 1e-9, "{} {}", lagging(true), lagging(false));
+}
