@@ -269,20 +269,18 @@ impl Laws {
 
     /// [rad/s] Steady rate z of the effective command `u` at `voltage`, with the heat state `heat`.
     pub fn steady_rate(&self, plant: &PlantConfig, u: f64, voltage: f64, heat: f64) -> f64 {
-        let mut u_motor = u;
-        let mut sag = plant.voltage_gain;
+        // What the motor gets is what its whole curve is a function of, whichever law of the bench was named first.
+        let scales = self.known.iter().any(|law| law.kind == HiddenKind::BatteryScaling);
+        let u_motor = if scales { u * voltage / plant.full_voltage } else { u };
+        let sag = if scales { 0.0 } else { plant.voltage_gain };
         let mut added = 0.0;
         let mut factor = 1.0;
         for HiddenLaw { kind, p } in &self.known {
             match kind {
-                HiddenKind::BatteryScaling => {
-                    u_motor = u * voltage / plant.full_voltage;
-                    sag = 0.0;
-                }
                 HiddenKind::BatterySag => added -= p[0] * (plant.full_voltage - voltage),
                 HiddenKind::StaticOffset => added += p[0],
                 HiddenKind::StaticCubic => {
-                    let du = u - self.hover_command;
+                    let du = u_motor - self.hover_command;
                     added += p[0] * du * du * du;
                 }
                 HiddenKind::MotorHeating => factor -= p[0] * heat,

@@ -123,12 +123,14 @@ impl<'a> Motion<'a> {
 
     fn steady_rate(&self, u: f64, (voltage, time): (f64, f64), heat: f64, path: f64) -> f64 {
         let h = self.hidden;
-        let static_part = if h.battery_scaling {
-            self.base.steady_rate(u * voltage / FULL_BATTERY)
+        let (motor, drop) = if h.battery_scaling {
+            (u * voltage / FULL_BATTERY, 0.0)
         } else {
-            self.base.steady_rate(u) - (self.base.voltage_gain + h.battery_sag) * (FULL_BATTERY - voltage)
+            (u, (self.base.voltage_gain + h.battery_sag) * (FULL_BATTERY - voltage))
         };
-        let bent = static_part + h.static_offset + h.static_cubic * (u - HOVER_COMMAND).powi(3);
+        // Of what the motor gets the whole curve is a function, its cubic part among it.
+        let curve = self.base.steady_rate(motor) + h.static_cubic * (motor - HOVER_COMMAND).powi(3);
+        let bent = curve - drop + h.static_offset;
         let extra = if matches!(h.outside, Outside::RatePath(_)) { path } else { 0.0 };
         let seen = Seen { command: u, voltage, time, ..Seen::default() };
         bent * (1.0 - h.motor_heating[0] * heat) + extra + h.outside.at("steady_rate", &seen)
