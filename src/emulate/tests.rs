@@ -94,6 +94,29 @@ fn a_battery_under_load_gives_its_charge_and_the_rotor_follows() {
     assert!((ratio - 40.0).abs() < 0.3, "{ratio}");
 }
 
+/// What the motor gets is what its whole curve is a function of: beside a scaling battery, a parabola and a cubic are one curve.
+#[test]
+fn a_cubic_bends_the_curve_of_what_the_motor_gets() {
+    let mut config = ideal();
+    // Between full and cut-off, so that a scaled command is another.
+    config.battery.used = 0.5;
+    for laws in [
+        ["battery_scaling", "static_cubic:coefficient=5000"],
+        ["static_cubic:coefficient=5000", "battery_scaling"],
+    ] {
+        config.hidden = laws.map(|law| HiddenConfig::parse(law).expect("readable")).into();
+        let found = truth(&config, [0.7; 2], 3.0);
+        let motor = 0.7 * found.battery_voltage / config.plant.full_voltage;
+        assert!(motor < 0.69, "{motor}");
+        let curve = config.plant.steady_rate(motor) + 5000.0 * (motor - config.plant.hover_command()).powi(3);
+        assert!(
+            (found.propeller_rate[0] - curve).abs() < 0.01,
+            "{laws:?}: {}, {curve}",
+            found.propeller_rate[0]
+        );
+    }
+}
+
 #[test]
 fn an_impulse_gives_its_momentum_and_nothing_else() {
     let mut config = ideal();

@@ -160,8 +160,8 @@ fn plant_and_model_agree_on_pairs_of_a_rotor_in_either_order() {
             ];
             for model in models {
                 let apart = rotor_apart(&model, &truth, 0);
-                // The two integrators, and how a lag of the reading begins, which no log says: up to 0.08. A cubic that a lag does not
-                // take part in is 0.16 apart.
+                // The two integrators, and how a lag of the reading begins, which no log says: up to 0.08. A lag ahead of a slew limit
+                // is 2.9 apart.
                 if apart > 0.1 {
                     let ids: Vec<&str> = model.effects.iter().map(|added| added.id.as_str()).collect();
                     wrong.push(format!("{ids:?}: {apart:.2} of the noise"));
