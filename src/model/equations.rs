@@ -194,13 +194,15 @@ impl Model {
 
 /// Where an effect stands among those of its site, in whatever order they were added to a model.
 ///
-/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent. And
+/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent; it is
+/// cut off where the speed controller will, be that on the grid or not. And
 /// what goes towards a steady rate goes towards all of it: first what the curve and the battery make; a warm motor makes less of it; then come
 /// laws of one's own; the speed controller ramps towards what they come to, and what lags follows the ramp.
 fn place(effect: &Effect) -> u8 {
     let term = effect.card.and_then(|card| card.acts_as);
     match (effect.site, term, &effect.law) {
-        (Site::Command, Some(Term::VoltageScaling), _) => 1,
+        (Site::Command, Some(Term::VoltageScaling), _) => 2,
+        (Site::Command, Some(Term::Saturation), _) => 1,
         (Site::SteadyRate, Some(Term::Lag), _) => 4,
         (Site::SteadyRate, Some(Term::SlewLimit), _) => 3,
         (Site::SteadyRate, _, Law::Expression(_)) => 2,

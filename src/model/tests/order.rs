@@ -32,6 +32,34 @@ fn the_battery_scales_what_the_speed_controller_made_of_a_command() {
     }
 }
 
+/// A command of 0.523 on a grid of 0.1 and cut off at 0.47: it is rounded to 0.5, and cut off at 0.47, which is not on the grid.
+#[test]
+fn a_command_is_cut_off_behind_its_grid() {
+    let mut paper = Model::paper();
+    paper.actuator.voltage_gain = 0.0;
+    for ids in
+        [["command_saturation", "command_quantization"], ["command_quantization", "command_saturation"]]
+    {
+        let mut model = ids.iter().fold(paper.clone(), |model, id| {
+            let effect = model.effect(id).expect("known");
+            model.with(&effect)
+        });
+        model.set_parameter("command_quantization.step", 0.1);
+        model.set_parameter("command_saturation.limit", 0.47);
+        let input = RotorInput {
+            time: &[0.0, 0.02],
+            command: &[0.523; 2],
+            command_from: None,
+            voltage: None,
+            side: 1.0,
+        };
+        let mut rates = [0.0; 2];
+        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
+        let steady = paper.steady_rate(0.47);
+        assert!((rates[1] - steady).abs() < 1e-9, "{ids:?}: {rates:?}, {steady}");
+    }
+}
+
 /// The steady rates behind each pair of effects, whichever was added first: what a lag or a ramp goes towards has all of the curve in it,
 /// a warm motor turns all of it more slowly, and what lags follows the ramp.
 #[test]
