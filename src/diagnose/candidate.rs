@@ -196,13 +196,39 @@ impl Candidate<'_> {
         split: &DataSplit,
         best: &mut Fit,
     ) {
-        grid_search::refine(problem, &split.train, index, best);
-        let selected = problem.model(&best.globals);
-        *best = fit(problem, &self.frees(names, &selected), Some(&best.locals), &THRESHOLDS.full_fit);
+        self.move_grid(problem, (index, names), split, best);
         if self.from.parameter(name).is_some() {
             self.search_grid_again(problem, (name, names), split, best);
         }
         grid_search::refine_with_error(problem, &split.train, index, best);
+    }
+
+    /// A grid, and the numbers beside it, moved in turns.
+    fn move_grid(
+        &self,
+        problem: &Problem,
+        (index, names): (usize, &[String]),
+        split: &DataSplit,
+        best: &mut Fit,
+    ) {
+        let frees = self.frees(names, &problem.model(&best.globals));
+        let is_movable = |at: &usize| !self.is_discontinuous(&names[*at]);
+        let moves: Vec<(usize, f64)> =
+            (0..names.len()).filter(is_movable).map(|at| (at, frees[at].scale)).collect();
+        for _ in 0..THRESHOLDS.grid_rounds {
+            let before = (best.globals[index], best.cost);
+            grid_search::refine(problem, &split.train, index, &moves, best);
+            let frees = self.frees(names, &problem.model(&best.globals));
+            let again = fit(problem, &frees, Some(&best.locals), &THRESHOLDS.full_fit);
+            if again.cost >= before.1 {
+                best.globals[index] = before.0;
+                return;
+            }
+            *best = again;
+            if best.cost > THRESHOLDS.promising_share * before.1 {
+                return;
+            }
+        }
     }
 
     /// A grid that was found while something else was missing may be another than the one beside it.
@@ -216,7 +242,8 @@ impl Candidate<'_> {
         let Some(parameter) = self.parameter(name) else { return };
         let mut model = problem.model(&best.globals);
         let inside = self.inside(&model);
-        let values = grid_search::values(&split.train, &model, name, parameter.bounds, &inside);
+        let beside = self.beside_grid(names, &model);
+        let values = grid_search::values(&split.train, &model, name, parameter.bounds, (&inside, &beside));
         if let Some(value) = values.first() {
             model.set_parameter(name, *value);
             let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &THRESHOLDS.full_fit);
@@ -249,7 +276,7 @@ impl Candidate<'_> {
             let (mut part, _) =
                 fit_from(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
             for index in (0..names.len()).filter(|index| self.is_discontinuous(&names[*index])) {
-                grid_search::refine(&problem(train), train, index, &mut part);
+                grid_search::refine(&problem(train), train, index, &[], &mut part);
             }
             self.reset_undetermined(&mut part, names);
             let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));

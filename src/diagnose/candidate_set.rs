@@ -1,5 +1,6 @@
 //! A candidate set of effects: which numbers its fit may change, and how far.
 
+use super::grid_search::Beside;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::output_error::Free;
@@ -54,6 +55,12 @@ impl Candidate<'_> {
     pub(crate) fn is_discontinuous(&self, name: &str) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
         self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
+    }
+
+    /// Of the numbers `names` of a model those that a fit may move beside a grid.
+    pub(crate) fn beside_grid(&self, names: &[String], model: &Model) -> Vec<Beside> {
+        let movable = names.iter().filter(|name| !self.is_discontinuous(name));
+        movable.map(|name| Beside { name: name.clone(), scale: self.free(model, name).scale }).collect()
     }
 
     fn free(&self, model: &Model, name: &str) -> Free {

@@ -8,6 +8,7 @@ use super::parallel::run_promising;
 use super::progress::SearchEvent;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
+use crate::effect::Law;
 use crate::model::Effect;
 
 impl Search<'_> {
@@ -56,19 +57,22 @@ impl Search<'_> {
         }
     }
 
-    /// Beside each set of the front the candidates with one effect more, none that is known or another one's.
-    fn one_deeper<'b>(
+    /// Beside each set of the front the candidates with one effect more, none that is known or another one's. A grid is looked for
+    /// beside all that it stands beside, too: what was found without some of that may be another one.
+    pub(crate) fn one_deeper<'b>(
         &'b self,
         front: &'b [CandidateFit],
         fits: &[CandidateFit],
         base: &[String],
     ) -> Vec<Vec<Candidate<'b>>> {
         let mut sets: Vec<Vec<String>> = fits.iter().map(|fitted| fitted.effects.clone()).collect();
+        let same_way =
+            |a: &[String], b: &[String]| same_set(a, b) && self.ends_on_grid(a) == self.ends_on_grid(b);
         let mut beside = |fitted: &'b CandidateFit| {
             let mut candidates = Vec::new();
             for effect in self.admitted() {
                 let set = [&fitted.effects[..], std::slice::from_ref(&effect.id)].concat();
-                if fitted.effects.contains(&effect.id) || sets.iter().any(|known| same_set(known, &set)) {
+                if fitted.effects.contains(&effect.id) || sets.iter().any(|known| same_way(known, &set)) {
                     continue;
                 }
                 sets.push(set);
@@ -82,6 +86,12 @@ impl Search<'_> {
             candidates
         };
         front.iter().map(&mut beside).collect()
+    }
+
+    /// Whether the last effect of a set is one in jumps.
+    fn ends_on_grid(&self, set: &[String]) -> bool {
+        let last = set.last().map(std::slice::from_ref).unwrap_or_default();
+        self.lookup(last).iter().any(|effect| matches!(effect.law, Law::PiecewiseConstant(_)))
     }
 
     /// The sets of a depth whose effects are determined and do not cancel each other, best first.

@@ -5,11 +5,23 @@ use super::block_data::{BlockData, Runs};
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
-use crate::estimation::normal_equations::sum_of_squares;
+use crate::estimation::normal_equations::{orthonormal, remove, sum_of_squares};
 use crate::estimation::output_error::{Fit, OutputError, Residuals};
 use crate::estimation::pseudo_huber::pseudo_huber;
 use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
+
+/// Share of its typical size by which a number is moved to see what it takes up.
+const SLOPE_STEP: f64 = 1e-4;
+
+/// A number that a fit may move beside a grid.
+#[derive(Debug, Clone)]
+pub(crate) struct Beside {
+    /// What the model calls it.
+    pub name: String,
+    /// The size it typically has, in its unit.
+    pub scale: f64,
+}
 
 /// Values of the parameter `name` of `template` from which a fit is promising, best first.
 pub(crate) fn values(
@@ -17,17 +29,21 @@ pub(crate) fn values(
     template: &Model,
     name: &str,
     bounds: (f64, f64),
-    inside: &[&Effect],
+    (inside, beside): (&[&Effect], &[Beside]),
 ) -> Vec<f64> {
-    let Some((least, typical)) = sizes(data) else { return Vec::new() };
     let plain = without_other_laws(data, template, name, inside);
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
     let inside = inside.as_slice();
+    let beside: Vec<&Beside> = beside.iter().filter(|it| template.parameter(&it.name).is_some()).collect();
+    let beside = beside.as_slice();
+    let quieter = in_units_of_what_is_left(data, template, name, inside);
+    let data = quieter.as_ref().unwrap_or(data);
+    let Some((least, typical)) = sizes(data) else { return Vec::new() };
     let few = data.in_short_pieces((data.len() / THRESHOLDS.grid_first_samples).max(1));
     // A hair beside the right grid all levels but one or two fit, and those are off by a whole step: squares would rank it
     // behind grids on which nothing fits.
-    let mut cost = cost_of(&few, template, name, inside);
+    let mut cost = cost_of(&few, template, name, (inside, beside));
     let mut grid = Vec::new();
     // From the coarse end: where there are too many, the finest, which matter least, are left out.
     let mut value = bounds.1;
@@ -37,13 +53,13 @@ pub(crate) fn values(
     }
     let kept = apart(grid, &mut cost, typical, THRESHOLDS.grid_values_second);
     let some = data.in_short_pieces((data.len() / THRESHOLDS.grid_second_samples).max(1));
-    let mut cost = cost_of(&some, template, name, inside);
+    let mut cost = cost_of(&some, template, name, (inside, beside));
     let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
         values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
     };
     let kept = closer(kept, &mut cost);
     let left = apart(kept, &mut cost, typical, THRESHOLDS.grid_values_third);
-    let mut cost = cost_of(data, template, name, inside);
+    let mut cost = cost_of(data, template, name, (inside, beside));
     let left = closer(left, &mut cost);
     let best = apart(left, &mut cost, typical, THRESHOLDS.grid_values_closer);
     best.into_iter()
@@ -84,6 +100,30 @@ fn without_other_laws(
     Some((plain, model))
 }
 
+/// The same data with the noise that what is left without the grid shows, weighed as [`weigh_channels`] does: what the data came
+/// with may be of a model that lacks more. `None` where it is no less.
+fn in_units_of_what_is_left(
+    data: &BlockData,
+    template: &Model,
+    name: &str,
+    inside: &[&Effect],
+) -> Option<BlockData> {
+    let mut smooth = template.clone();
+    smooth.set_parameter(name, 0.0);
+    let problem = Problem::new(data, smooth, Vec::new(), inside);
+    let mut left = vec![0.0; problem.len()];
+    problem.residuals(&[], &vec![0.0; problem.units().len() * problem.locals()], &mut left);
+    let used = left.iter().filter(|left| **left != 0.0).count().max(1);
+    let rms = (sum_of_squares(&left) / used as f64).sqrt() * data.sigma[0];
+    let left = Residuals::of(left, problem.measured());
+    let noise = data.white_noise(&left, 0).max(THRESHOLDS.least_channel_weight * rms);
+    (noise < data.sigma[0]).then(|| {
+        let mut quieter = data.clone();
+        quieter.sigma[0] = noise;
+        quieter
+    })
+}
+
 /// The best of some values, not two from one valley.
 fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most: usize) -> Vec<f64> {
     let mut scored: Vec<(f64, f64)> = values.into_iter().map(|value| (cost(value), value)).collect();
@@ -101,14 +141,22 @@ fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most
     apart
 }
 
-/// Moves the parameter `index` of a fit to the best value nearby.
-pub(crate) fn refine(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+/// Moves the parameter `index` of a fit to the best value nearby, where the numbers at `moves`, of these sizes, may move beside it.
+pub(crate) fn refine(
+    problem: &Problem,
+    data: &BlockData,
+    index: usize,
+    moves: &[(usize, f64)],
+    found: &mut Fit,
+) {
     let Some((_, typical)) = sizes(data) else { return };
     let mut scratch = vec![0.0; problem.len()];
     let mut globals = found.globals.clone();
+    let taken_up = taken_up(problem, &globals, &found.locals, moves);
     let cost = |value: f64| {
         globals[index] = value;
         problem.residuals(&globals, &found.locals, &mut scratch);
+        remove(&taken_up, &mut scratch);
         sum_of_squares(&scratch)
     };
     let start = found.globals[index];
@@ -167,19 +215,48 @@ fn spacing(value: f64, typical: f64) -> f64 {
     (THRESHOLDS.grid_phase * value * value / typical).min(THRESHOLDS.most_grid_spacing * value)
 }
 
+/// The robust cost of values of a grid, whatever numbers beside it can take up taken away: a grid a hair wider is a curve a
+/// hair steeper, too.
 fn cost_of<'a>(
     data: &'a BlockData,
     template: &Model,
     name: &str,
-    inside: &[&Effect],
+    (inside, beside): (&[&Effect], &[&Beside]),
 ) -> impl FnMut(f64) -> f64 + 'a + use<'a> {
-    let problem = Problem::new(data, template.clone(), vec![name.to_owned()], inside);
+    let names = std::iter::once(name.to_owned()).chain(beside.iter().map(|it| it.name.clone())).collect();
+    let problem = Problem::new(data, template.clone(), names, inside);
     let locals = vec![0.0; problem.units().len() * problem.locals()];
+    let mut globals = vec![0.0];
+    globals.extend(beside.iter().map(|it| template.parameter(&it.name).unwrap_or(0.0)));
+    let moves: Vec<(usize, f64)> = beside.iter().enumerate().map(|(at, it)| (at + 1, it.scale)).collect();
+    let taken_up = taken_up(&problem, &globals, &locals, &moves);
     let mut residuals = vec![0.0; problem.len()];
     move |value| {
-        problem.residuals(&[value], &locals, &mut residuals);
+        globals[0] = value;
+        problem.residuals(&globals, &locals, &mut residuals);
+        remove(&taken_up, &mut residuals);
         pseudo_huber(&residuals, THRESHOLDS.grid_robust_width)
     }
+}
+
+/// What some numbers of a problem can take up of its residuals, near where they are: an orthonormal basis. `moves` are their places
+/// and sizes.
+fn taken_up(problem: &Problem, globals: &[f64], locals: &[f64], moves: &[(usize, f64)]) -> Vec<Vec<f64>> {
+    let simulated = |globals: &[f64]| {
+        let mut residuals = vec![0.0; problem.len()];
+        problem.residuals(globals, locals, &mut residuals);
+        residuals
+    };
+    let here = simulated(globals);
+    let slope = |(place, size): &(usize, f64)| {
+        let mut moved = globals.to_vec();
+        moved[*place] += SLOPE_STEP * size;
+        simulated(&moved).iter().zip(&here).map(|(moved, here)| moved - here).collect::<Vec<f64>>()
+    };
+    let mut slopes: Vec<Vec<f64>> = moves.iter().map(slope).collect();
+    // A simulation that ran away has no slope.
+    slopes.retain(|slope| slope.iter().all(|value| value.is_finite()));
+    orthonormal(&slopes, &(0..problem.len()))
 }
 
 /// [-] The smallest grid that shows above the noise, and a typical command.
@@ -227,15 +304,20 @@ mod tests {
         data
     }
 
-    /// The best grid that is found behind a second lag.
-    fn found(data: &BlockData) -> f64 {
+    /// The best grid that is found behind a second lag, with a curve so many times as steep as it is, and numbers that may move beside.
+    fn found_with(data: &BlockData, steepness: f64, beside: &[Beside]) -> f64 {
         let known = Model::paper().known_effects().expect("the catalogue");
         let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
         let inside = [effect("second_order_lag"), effect("command_quantization")];
         let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
         template.set_parameter("second_order_lag.pole", 40.0);
-        let found = values(data, &template, "command_quantization.step", (0.0, 0.3), &inside);
+        template.actuator.steady_rate.iter_mut().for_each(|coefficient| *coefficient *= steepness);
+        let found = values(data, &template, "command_quantization.step", (0.0, 0.3), (&inside, beside));
         found.first().copied().expect("a grid")
+    }
+
+    fn found(data: &BlockData) -> f64 {
+        found_with(data, 1.0, &[])
     }
 
     /// Looked for without the second lag's own simulation, the grid is found to a thousandth all the same.
@@ -252,5 +334,26 @@ mod tests {
         data.sigma[0] = 0.05;
         let best = found(&data);
         assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+
+    /// What data came with may be the noise beside a model that lacks more: here so much that no grid of this step would show.
+    #[test]
+    fn a_grid_below_the_noise_that_data_came_with_is_found() {
+        let mut data = on_a_grid();
+        data.sigma[0] = 20.0;
+        let best = found(&data);
+        assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+
+    /// Fitted without the grid, a curve is too steep by half a percent: a grid that makes up for it is another one.
+    #[test]
+    fn a_grid_is_found_beside_a_curve_that_bent_after_it() {
+        let beside = |name: &str| Beside { name: name.to_owned(), scale: 1000.0 };
+        let curve = ["steady_rate_linear", "steady_rate_quadratic"].map(beside);
+        let data = on_a_grid();
+        let best = found_with(&data, 1.005, &curve);
+        assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+        let held = found_with(&data, 1.005, &[]);
+        assert!((held / STEP - 1.0).abs() > 1e-3, "{held}");
     }
 }

@@ -49,6 +49,7 @@ pub mod thresholds;
 mod torque_beside;
 mod unnamed;
 pub(crate) mod verdict;
+mod wider;
 
 use block_builder::refusal;
 use blocks::Blocks;

@@ -13,6 +13,7 @@ impl Candidate<'_> {
     /// The models from which a fit of the fresh effects may start.
     pub(crate) fn starts(&self, template: &Model, fresh: &[&Effect], split: &DataSplit) -> Vec<Model> {
         let inside = self.inside(template);
+        let beside = self.beside_grid(&self.names_in(&inside, split.train.is_rotor()), template);
         let mut starts = vec![template.clone()];
         for effect in fresh {
             for parameter in &effect.parameters {
@@ -29,7 +30,7 @@ impl Candidate<'_> {
                 };
                 let others = if self.is_discontinuous(&name) {
                     let scanned = |model: &Model| {
-                        grid_search::values(&split.train, model, &name, parameter.bounds, &inside)
+                        grid_search::values(&split.train, model, &name, parameter.bounds, (&inside, &beside))
                     };
                     let mut others = with(&starts, &scanned(template));
                     // Fitted without the grid, the base has bent after it.

@@ -32,7 +32,9 @@ impl Search<'_> {
         singles: Vec<SingleEffect>,
         mut fits: Vec<CandidateFit>,
     ) -> SearchResult {
-        self.grow_sets(&split, &split.base_parameters(self.base), &bases.1, &mut fits);
+        let base_names = split.base_parameters(self.base);
+        self.grow_sets(&split, &base_names, &bases.1, &mut fits);
+        self.look_wider(&split, &base_names, &bases.1, &mut fits);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let mut found = self.conclude(split, bases, singles, &mut fits, best);
         let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };

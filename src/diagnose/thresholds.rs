@@ -124,6 +124,8 @@ crate::thresholds! {
     inertia_bounds: (f64, f64) = (1e-4, 1e4), "-", "judgement: no fit is to end there";
     /// greatest voltage gain in a fit
     most_voltage_gain: f64 = 1e3, "rad/(s V)", "judgement: no fit is to end there";
+    /// how often a grid and the numbers beside it are moved in turns, as long as that gains `promising_share`
+    grid_rounds: usize = 3, "count", "judgement";
     /// closer and closer looks: on a long log a step shows to a millionth
     grid_looks: i32 = 4, "count", "long synthetic logs";
     /// beam width: single effects that are carried on
@@ -134,6 +136,16 @@ crate::thresholds! {
     pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
     /// larger sets: candidates fitted briefly beside each set, and fitted to the end
     set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
+    /// a rotor's pairs and sets of three beside so many that leave least are fitted where the beam's answer leaves much
+    wide_beam: usize = 5, "count", "sets of three of tools/campaign --three";
+    /// those: candidates fitted briefly beside each, and fitted to the end
+    wide_candidates: (usize, usize) = (8, 16), "count", "times of tools/campaign --three";
+    /// how often one effect of the best three is exchanged for another
+    most_exchanges: usize = 2, "count", "judgement: two wrong ones";
+    /// beyond so many times the noise floor more than one effect of the best three is wrong
+    exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign --three: one wrong one leaves 1.1 to 1.5";
+    /// such sets: fitted briefly, and fitted to the end
+    exchange_candidates: (usize, usize) = (16, 6), "count", "times of tools/campaign --three";
     /// effects of one block, at most, with one to spare
     most_effects: usize = 5, "count", "judgement";
     /// below this factor of the noise floor no pair is looked for whose effects gain nothing one by one

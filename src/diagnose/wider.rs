@@ -1,0 +1,77 @@
+//! Wider: where the sets that grew leave a rotor's error plainly above its noise, the way to the right one leads over effects that
+//! gain nothing alone. A rotor's fits are quick, so more sets are fitted then.
+
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
+use super::model_selection::{loss, same_set};
+use super::parallel::run_promising;
+use super::search_space::Search;
+use super::thresholds::THRESHOLDS;
+use crate::model::Model;
+
+impl Search<'_> {
+    /// Pairs and sets of three that were passed over, and those that differ from the best three by one effect.
+    pub(crate) fn look_wider(
+        &self,
+        split: &DataSplit,
+        base: &[String],
+        refitted: &CandidateFit,
+        fits: &mut Vec<CandidateFit>,
+    ) {
+        let is_unexplained = |fits: &[CandidateFit]| {
+            over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor
+        };
+        if !split.train.is_rotor() {
+            return;
+        }
+        for depth in [1, 2] {
+            if !is_unexplained(fits) {
+                return;
+            }
+            let front = least(split, fits, depth, THRESHOLDS.wide_beam);
+            let groups = self.one_deeper(&front, fits, base);
+            fits.extend(run_promising(&groups, THRESHOLDS.wide_candidates, split, self.progress));
+        }
+        for _ in 0..THRESHOLDS.most_exchanges {
+            if !is_unexplained(fits) {
+                return;
+            }
+            let best = least(split, fits, 3, 1);
+            let Some(best) =
+                best.first().filter(|best| over_floors(split, best) < THRESHOLDS.exchange_over_floor)
+            else {
+                return;
+            };
+            let exchanged = self.one_exchanged(best, fits);
+            let candidates = exchanged.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
+            fits.extend(run_promising(&[candidates], THRESHOLDS.exchange_candidates, split, self.progress));
+        }
+    }
+
+    /// The sets that have another effect in the place of one of `best`, none that is known, and what to fit them from.
+    fn one_exchanged(&self, best: &CandidateFit, fits: &[CandidateFit]) -> Vec<(Model, Vec<String>)> {
+        let without = |id: &String| {
+            let kept: Vec<String> = best.effects.iter().filter(|other| *other != id).cloned().collect();
+            let others = self.admitted().into_iter().filter(|other| !best.effects.contains(&other.id));
+            let sets = others.map(|other| [&kept[..], std::slice::from_ref(&other.id)].concat());
+            let new = sets.filter(|set| !fits.iter().any(|fitted| same_set(&fitted.effects, set)));
+            new.map(|set| (best.model.without(id), set)).collect::<Vec<_>>()
+        };
+        best.effects.iter().flat_map(without).collect()
+    }
+}
+
+/// How many times the noise a set leaves of what it was fitted on, or of what was held out: the more of both.
+fn over_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
+    let inertia = fitted.model.body.inertia;
+    let train = split.train.white_floors(&fitted.fit.residuals, inertia)[0];
+    let held_out = split.validate.white_floors(&fitted.held_out.residuals, inertia)[0];
+    (fitted.channel_error(split, 0, false) / train).max(fitted.channel_error(split, 0, true) / held_out)
+}
+
+/// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.
+fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) -> Vec<CandidateFit> {
+    let mut sets: Vec<&CandidateFit> = fits.iter().filter(|fitted| fitted.effects.len() == effects).collect();
+    sets.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
+    sets.into_iter().take(most).cloned().collect()
+}
