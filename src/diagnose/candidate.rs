@@ -220,12 +220,14 @@ impl Candidate<'_> {
             grid_search::refine(problem, &split.train, index, &moves, best);
             let frees = self.frees(names, &problem.model(&best.globals));
             let again = fit(problem, &frees, Some(&best.locals), &THRESHOLDS.full_fit);
-            if again.cost >= before.1 {
+            let is_better = again.cost < before.1;
+            let gains_much = again.cost < THRESHOLDS.promising_share * before.1;
+            if is_better {
+                *best = again;
+            } else {
                 best.globals[index] = before.0;
-                return;
             }
-            *best = again;
-            if best.cost > THRESHOLDS.promising_share * before.1 {
+            if !gains_much {
                 return;
             }
         }

@@ -1,6 +1,6 @@
 //! A candidate set of effects: which numbers its fit may change, and how far.
 
-use super::grid_search::Beside;
+use super::grid_search::MovableNumber;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::output_error::Free;
@@ -58,9 +58,11 @@ impl Candidate<'_> {
     }
 
     /// Of the numbers `names` of a model those that a fit may move beside a grid.
-    pub(crate) fn beside_grid(&self, names: &[String], model: &Model) -> Vec<Beside> {
+    pub(crate) fn beside_grid(&self, names: &[String], model: &Model) -> Vec<MovableNumber> {
         let movable = names.iter().filter(|name| !self.is_discontinuous(name));
-        movable.map(|name| Beside { name: name.clone(), scale: self.free(model, name).scale }).collect()
+        movable
+            .map(|name| MovableNumber { name: name.clone(), scale: self.free(model, name).scale })
+            .collect()
     }
 
     fn free(&self, model: &Model, name: &str) -> Free {

@@ -16,7 +16,7 @@ const SLOPE_STEP: f64 = 1e-4;
 
 /// A number that a fit may move beside a grid.
 #[derive(Debug, Clone)]
-pub(crate) struct Beside {
+pub(crate) struct MovableNumber {
     /// What the model calls it.
     pub name: String,
     /// The size it typically has, in its unit.
@@ -29,13 +29,14 @@ pub(crate) fn values(
     template: &Model,
     name: &str,
     bounds: (f64, f64),
-    (inside, beside): (&[&Effect], &[Beside]),
+    (inside, beside): (&[&Effect], &[MovableNumber]),
 ) -> Vec<f64> {
     let plain = without_other_laws(data, template, name, inside);
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
     let inside = inside.as_slice();
-    let beside: Vec<&Beside> = beside.iter().filter(|it| template.parameter(&it.name).is_some()).collect();
+    let beside: Vec<&MovableNumber> =
+        beside.iter().filter(|it| template.parameter(&it.name).is_some()).collect();
     let beside = beside.as_slice();
     let quieter = in_units_of_what_is_left(data, template, name, inside);
     let data = quieter.as_ref().unwrap_or(data);
@@ -152,6 +153,8 @@ pub(crate) fn refine(
     let Some((_, typical)) = sizes(data) else { return };
     let mut scratch = vec![0.0; problem.len()];
     let mut globals = found.globals.clone();
+    // On a grid a dead zone's width moves single rows by whole steps: slopes are those without it.
+    globals[index] = 0.0;
     let taken_up = taken_up(problem, &globals, &found.locals, moves);
     let cost = |value: f64| {
         globals[index] = value;
@@ -221,7 +224,7 @@ fn cost_of<'a>(
     data: &'a BlockData,
     template: &Model,
     name: &str,
-    (inside, beside): (&[&Effect], &[&Beside]),
+    (inside, beside): (&[&Effect], &[&MovableNumber]),
 ) -> impl FnMut(f64) -> f64 + 'a + use<'a> {
     let names = std::iter::once(name.to_owned()).chain(beside.iter().map(|it| it.name.clone())).collect();
     let problem = Problem::new(data, template.clone(), names, inside);
@@ -242,6 +245,10 @@ fn cost_of<'a>(
 /// What some numbers of a problem can take up of its residuals, near where they are: an orthonormal basis. `moves` are their places
 /// and sizes.
 fn taken_up(problem: &Problem, globals: &[f64], locals: &[f64], moves: &[(usize, f64)]) -> Vec<Vec<f64>> {
+    // On a long log the grid of a part of it is near, and columns of all rows would be many.
+    if problem.len() > THRESHOLDS.most_searched_rows {
+        return Vec::new();
+    }
     let simulated = |globals: &[f64]| {
         let mut residuals = vec![0.0; problem.len()];
         problem.residuals(globals, locals, &mut residuals);
@@ -305,7 +312,7 @@ mod tests {
     }
 
     /// The best grid that is found behind a second lag, with a curve so many times as steep as it is, and numbers that may move beside.
-    fn found_with(data: &BlockData, steepness: f64, beside: &[Beside]) -> f64 {
+    fn found_with(data: &BlockData, steepness: f64, beside: &[MovableNumber]) -> f64 {
         let known = Model::paper().known_effects().expect("the catalogue");
         let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
         let inside = [effect("second_order_lag"), effect("command_quantization")];
@@ -348,7 +355,7 @@ mod tests {
     /// Fitted without the grid, a curve is too steep by half a percent: a grid that makes up for it is another one.
     #[test]
     fn a_grid_is_found_beside_a_curve_that_bent_after_it() {
-        let beside = |name: &str| Beside { name: name.to_owned(), scale: 1000.0 };
+        let beside = |name: &str| MovableNumber { name: name.to_owned(), scale: 1000.0 };
         let curve = ["steady_rate_linear", "steady_rate_quadratic"].map(beside);
         let data = on_a_grid();
         let best = found_with(&data, 1.005, &curve);

@@ -109,9 +109,8 @@ pub(crate) fn unidentified(split: &DataSplit, fitted: &CandidateFit, known: &[Ef
 fn is_exercised(split: &DataSplit, fitted: &CandidateFit) -> bool {
     let Runs::Rotor(runs) = &split.train.runs else { return true };
     let is_limit = |id: &String| find(id).is_some_and(|card| card.acts_as == Some(Term::Saturation));
-    let limit =
-        fitted.effects.iter().any(is_limit).then(|| fitted.model.term(Site::Command, Term::Saturation));
-    limit.flatten().and_then(|values| values.first().copied()).is_none_or(|limit| {
+    let limit = fitted.effects.iter().any(is_limit).then(|| fitted.model.greatest_command()).flatten();
+    limit.is_none_or(|limit| {
         let mut beyond: Vec<f64> = Vec::new();
         let mut commands = runs.iter().flat_map(|run| &run.command).filter(|command| **command > limit);
         commands.any(|command| {
@@ -190,6 +189,20 @@ pub(crate) fn indistinguishable(
     near.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
     near.dedup_by(|a, b| same_set(&a.effects, &b.effects));
     near
+}
+
+/// Of the fits of one set, on several ways to it, the one that leaves least.
+pub(crate) fn best_of_each(split: &DataSplit, fits: Vec<CandidateFit>) -> Vec<CandidateFit> {
+    let mut best: Vec<(f64, CandidateFit)> = Vec::with_capacity(fits.len());
+    for fitted in fits {
+        let loss = loss(split, &fitted);
+        match best.iter_mut().find(|(_, known)| same_set(&known.effects, &fitted.effects)) {
+            Some(known) if loss < known.0 => *known = (loss, fitted),
+            Some(_) => {}
+            None => best.push((loss, fitted)),
+        }
+    }
+    best.into_iter().map(|(_, fitted)| fitted).collect()
 }
 
 /// The best sets on the way to the answer, each a part of the next, the answer last.

@@ -3,7 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::model_selection::{indistinguishable, joint_floors, loss, period, steps};
+use super::model_selection::{best_of_each, indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
 use super::refusal::EffectRefusal;
 use super::search_result::{SearchResult, SingleEffect};
@@ -35,6 +35,7 @@ impl Search<'_> {
         let base_names = split.base_parameters(self.base);
         self.grow_sets(&split, &base_names, &bases.1, &mut fits);
         self.look_wider(&split, &base_names, &bases.1, &mut fits);
+        fits = best_of_each(&split, fits);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let mut found = self.conclude(split, bases, singles, &mut fits, best);
         let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };

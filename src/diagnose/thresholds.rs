@@ -136,16 +136,16 @@ crate::thresholds! {
     pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
     /// larger sets: candidates fitted briefly beside each set, and fitted to the end
     set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
-    /// a rotor's pairs and sets of three beside so many that leave least are fitted where the beam's answer leaves much
-    wide_beam: usize = 5, "count", "sets of three of tools/campaign --three";
-    /// those: candidates fitted briefly beside each, and fitted to the end
-    wide_candidates: (usize, usize) = (8, 16), "count", "times of tools/campaign --three";
+    /// where the beam's answer leaves much of a rotor's error: so many effects, and pairs, that leave least get one more effect each
+    wide_beam: usize = 5, "count", "sets of three of tools/campaign";
+    /// the same: candidates fitted briefly beside each of them, and fitted to the end beside all
+    wide_candidates: (usize, usize) = (8, 16), "count", "times of sets of three of tools/campaign";
     /// how often one effect of the best three is exchanged for another
     most_exchanges: usize = 2, "count", "judgement: two wrong ones";
     /// beyond so many times the noise floor more than one effect of the best three is wrong
-    exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign --three: one wrong one leaves 1.1 to 1.5";
-    /// such sets: fitted briefly, and fitted to the end
-    exchange_candidates: (usize, usize) = (16, 6), "count", "times of tools/campaign --three";
+    exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign: one wrong one leaves 1.1 to 1.5";
+    /// sets with one effect of the best three exchanged: fitted briefly, and fitted to the end
+    exchange_candidates: (usize, usize) = (16, 6), "count", "times of sets of three of tools/campaign";
     /// effects of one block, at most, with one to spare
     most_effects: usize = 5, "count", "judgement";
     /// below this factor of the noise floor no pair is looked for whose effects gain nothing one by one

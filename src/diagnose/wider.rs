@@ -71,7 +71,10 @@ fn over_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
 
 /// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.
 fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) -> Vec<CandidateFit> {
-    let mut sets: Vec<&CandidateFit> = fits.iter().filter(|fitted| fitted.effects.len() == effects).collect();
-    sets.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
-    sets.into_iter().take(most).cloned().collect()
+    let of_size = fits.iter().filter(|fitted| fitted.effects.len() == effects);
+    let mut sets: Vec<(f64, &CandidateFit)> = of_size.map(|fitted| (loss(split, fitted), fitted)).collect();
+    // What ran away leaves no number.
+    sets.retain(|(loss, _)| loss.is_finite());
+    sets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sets.into_iter().take(most).map(|(_, fitted)| fitted.clone()).collect()
 }

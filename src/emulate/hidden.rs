@@ -259,12 +259,13 @@ impl Laws {
         for HiddenLaw { kind, p } in &self.known {
             match kind {
                 HiddenKind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
-                HiddenKind::CommandSaturation => u = u.min(p[0]),
                 HiddenKind::CommandQuantization => u = (u / p[0]).round() * p[0],
                 _ => {}
             }
         }
-        u
+        // Where the speed controller ends, whatever it made of the command before.
+        let limits = self.known.iter().filter(|law| law.kind == HiddenKind::CommandSaturation);
+        limits.fold(u, |u, limit| u.min(limit.p[0]))
     }
 
     /// [rad/s] Steady rate z of the effective command `u` at `voltage`, with the heat state `heat`.

@@ -201,7 +201,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// An orthonormal basis of the columns over a unit (Gram-Schmidt, twice is enough for two or three columns).
+/// An orthonormal basis of the columns over a unit (Gram-Schmidt; once more takes away what rounding left).
 pub(crate) fn orthonormal(columns: &[Vec<f64>], unit: &Range<usize>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
     for column in columns {

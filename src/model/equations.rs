@@ -194,8 +194,8 @@ impl Model {
 
 /// Where an effect stands among those of its site, in whatever order they were added to a model.
 ///
-/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent; it is
-/// cut off where the speed controller will, be that on the grid or not. And
+/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent; the speed
+/// controller's end need not be a step of the grid, so that the command is cut off behind it. And
 /// what goes towards a steady rate goes towards all of it: first what the curve and the battery make; a warm motor makes less of it; then come
 /// laws of one's own; the speed controller ramps towards what they come to, and what lags follows the ramp.
 fn place(effect: &Effect) -> u8 {

@@ -221,6 +221,15 @@ impl Model {
         Some(card.parameters.iter().map(|parameter| value(parameter).unwrap_or(f64::NAN)).collect())
     }
 
+    /// [-] The command beyond which a greater one does nothing, as it is sent: what the speed controller cuts off is what its dead zone
+    /// has left of it. `None` where the model knows no such limit.
+    #[must_use]
+    pub fn greatest_command(&self) -> Option<f64> {
+        let first = |term: Term| self.term(Site::Command, term).and_then(|values| values.first().copied());
+        let zone = first(Term::DeadZone).unwrap_or(0.0);
+        first(Term::Saturation).map(|limit| zone + (1.0 - zone) * limit)
+    }
+
     /// Whether one of its effects cannot be judged without this column of a log.
     #[must_use]
     pub fn needs(&self, column: &str) -> bool {

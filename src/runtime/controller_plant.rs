@@ -47,7 +47,7 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         viscous_friction: of(Site::Torque, Term::ViscousFriction),
         quadratic_drag: of(Site::Torque, Term::QuadraticDrag),
         dead_zone: of(Site::Command, Term::DeadZone),
-        command_limit: value(Site::Command, Term::Saturation, 0).unwrap_or(nothing.command_limit),
+        command_limit: model.greatest_command().unwrap_or(nothing.command_limit),
         steady_rate_offset: curve(0) + of(Site::SteadyRate, Term::Constant),
         steady_rate_cubic: of(Site::SteadyRate, Term::Cubic),
         cubic_center: model.hover_command(),

@@ -221,6 +221,37 @@ fn a_fine_grid_is_named() {
     assert!((step.value / 0.007_660_7 - 1.0).abs() < 1e-3, "{step:?}");
 }
 
+/// What is found of three effects of a rotor, by name.
+fn found_of_three(ids: [&str; 3], seed: u64) -> Vec<String> {
+    let entries = ids.map(|id| ENTRIES.iter().find(|entry| entry.id == id).unwrap());
+    let mut found = asked(&Question::Three(entries, Kind::Actuator), seed).effects;
+    found.sort();
+    found
+}
+
+/// Beside a limit neither a faster fall nor a drag gains anything on the held-out log; both together do.
+#[test]
+fn effects_that_gain_nothing_one_by_one_are_found() {
+    let ids = ["asymmetric_pole", "command_saturation", "quadratic_rotor_drag"];
+    assert_eq!(found_of_three(ids, 77_001_353_003_411), ids);
+}
+
+mod at_length {
+    use super::*;
+
+    /// A battery beside a bent curve; a grid that is another one without the pole; one that a limit is not a step of.
+    #[test]
+    fn three_effects_of_a_rotor_are_found() {
+        for (ids, seed) in [
+            (["battery_scaling", "static_cubic", "static_offset"], 77_001_353_003_377),
+            (["asymmetric_pole", "command_quantization", "slew_rate_limit"], 77_001_353_003_403),
+            (["command_quantization", "command_saturation", "slew_rate_limit"], 77_001_353_003_431),
+        ] {
+            assert_eq!(found_of_three(ids, seed), ids);
+        }
+    }
+}
+
 #[test]
 fn parameters_are_close_by_ten_per_cent_or_three_standard_errors() {
     let truth = |value: f64| json!({"effect": "cable_stiffness", "bench": "attitude", "parameters": {"stiffness": value}});

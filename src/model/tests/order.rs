@@ -60,6 +60,30 @@ fn a_command_is_cut_off_behind_its_grid() {
     }
 }
 
+/// Beyond the greatest command of a model with a dead zone and a limit nothing happens, and a little below it something does.
+#[test]
+fn the_greatest_command_is_that_beyond_which_nothing_happens() {
+    let mut model = ["command_saturation", "command_dead_zone"].iter().fold(Model::paper(), |model, id| {
+        let effect = model.effect(id).expect("known");
+        model.with(&effect)
+    });
+    assert_eq!(Model::paper().greatest_command(), None);
+    model.set_parameter("command_dead_zone.width", 0.1);
+    model.set_parameter("command_saturation.limit", 0.5);
+    let greatest = model.greatest_command().expect("limited");
+    assert!((greatest - 0.55).abs() < 1e-12, "{greatest}");
+    let rate = |command: f64| {
+        let (command, voltage) = ([command; 2], Some(&[12.0; 2][..]));
+        let input =
+            RotorInput { time: &[0.0, 0.02], command: &command, command_from: None, voltage, side: 1.0 };
+        let mut rates = [0.0; 2];
+        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
+        rates[1]
+    };
+    assert!((rate(greatest) - rate(1.0)).abs() < 1e-9);
+    assert!(rate(greatest - 0.01) < rate(1.0) - 5.0);
+}
+
 /// The steady rates behind each pair of effects, whichever was added first: what a lag or a ramp goes towards has all of the curve in it,
 /// a warm motor turns all of it more slowly, and what lags follows the ramp.
 #[test]
