@@ -61,11 +61,12 @@ impl Search<'_> {
     }
 }
 
-/// How many times the noise a set leaves of what it was fitted on, or of what was held out: the more of both.
+/// How many times the noise a set leaves of what it was fitted on, or of what was held out: the more of both. Noise
+/// with a memory counts as noise here, as in the verdict: no effect is looked for in it.
 fn over_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
     let inertia = fitted.model.body.inertia;
-    let train = split.train.white_floors(&fitted.fit.residuals, inertia)[0];
-    let held_out = split.validate.white_floors(&fitted.held_out.residuals, inertia)[0];
+    let train = split.train.floors(&fitted.fit.residuals, inertia)[0];
+    let held_out = split.validate.floors(&fitted.held_out.residuals, inertia)[0];
     (fitted.channel_error(split, 0, false) / train).max(fitted.channel_error(split, 0, true) / held_out)
 }
 

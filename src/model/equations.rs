@@ -194,10 +194,10 @@ impl Model {
 
 /// Where an effect stands among those of its site, in whatever order they were added to a model.
 ///
-/// A battery scales what the speed controller has made of a command: what is on a grid, or cut off, is the command as it was sent; the speed
-/// controller's end need not be a step of the grid, so that the command is cut off behind it. And
-/// what goes towards a steady rate goes towards all of it: first what the curve and the battery make; a warm motor makes less of it; then come
-/// laws of one's own; the speed controller ramps towards what they come to, and what lags follows the ramp.
+/// On the command: a grid is that of the link, and the greatest command need not be one of its steps, so the command is cut off behind
+/// it; a battery scales what the speed controller has made of all that. On the steady rate: what goes towards it goes towards all of it.
+/// First the curve and the battery; a warm motor makes less of that; then laws of one's own; the speed controller ramps towards what they
+/// come to, and what lags follows the ramp.
 fn place(effect: &Effect) -> u8 {
     let term = effect.card.and_then(|card| card.acts_as);
     match (effect.site, term, &effect.law) {

@@ -1,87 +1,56 @@
 use super::*;
 
-/// A command of 0.523 on a grid of 0.1, cut off above 0.45 or as it is, from a battery at four fifths: what is sent is rounded and cut
-/// off, and that is scaled, whichever was added first.
+fn with_effects(model: Model, ids: &[&str]) -> Model {
+    ids.iter().fold(model, |model, id| {
+        let effect = model.effect(id).expect("known");
+        model.with(&effect)
+    })
+}
+
+/// [rad/s] The steady rate behind a command at a voltage: where a rotor that starts at rest under it stays.
+fn steady(model: &Model, command: f64, voltage: f64) -> f64 {
+    let (command, voltage) = ([command; 2], Some(&[voltage; 2][..]));
+    let input = RotorInput { time: &[0.0, 0.02], command: &command, command_from: None, voltage, side: 1.0 };
+    let mut rates = [0.0; 2];
+    model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
+    rates[1]
+}
+
+/// A command of 0.523 from a full battery or one at four fifths, on a grid of 0.1, cut off: it is rounded to 0.5, cut off where the limit
+/// is, be that on the grid or not, and that is scaled, whichever was added first.
 #[test]
-fn the_battery_scales_what_the_speed_controller_made_of_a_command() {
+fn the_battery_scales_what_was_rounded_and_then_cut_off() {
     let mut paper = Model::paper();
     paper.actuator.voltage_gain = 0.0;
     let full = paper.actuator.full_voltage;
-    for (ids, sent) in [
-        (["battery_scaling", "command_quantization"], 0.5),
-        (["command_quantization", "battery_scaling"], 0.5),
-        (["battery_scaling", "command_saturation"], 0.45),
+    for (ids, limit, got) in [
+        (["battery_scaling", "command_quantization"], f64::NAN, 0.8 * 0.5),
+        (["command_quantization", "battery_scaling"], f64::NAN, 0.8 * 0.5),
+        (["battery_scaling", "command_saturation"], 0.45, 0.8 * 0.45),
+        (["command_saturation", "command_quantization"], 0.47, 0.47),
+        (["command_quantization", "command_saturation"], 0.47, 0.47),
     ] {
-        let mut model = ids.iter().fold(paper.clone(), |model, id| {
-            let effect = model.effect(id).expect("known");
-            model.with(&effect)
-        });
+        let mut model = with_effects(paper.clone(), &ids);
         model.set_parameter("command_quantization.step", 0.1);
-        model.set_parameter("command_saturation.limit", 0.45);
-        let input = RotorInput {
-            time: &[0.0, 0.02],
-            command: &[0.523; 2],
-            command_from: None,
-            voltage: Some(&[0.8 * full; 2]),
-            side: 1.0,
-        };
-        let mut rates = [0.0; 2];
-        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
-        let steady = paper.steady_rate(0.8 * sent);
-        assert!((rates[1] - steady).abs() < 1e-9, "{ids:?}: {rates:?}, {steady}");
-    }
-}
-
-/// A command of 0.523 on a grid of 0.1 and cut off at 0.47: it is rounded to 0.5, and cut off at 0.47, which is not on the grid.
-#[test]
-fn a_command_is_cut_off_behind_its_grid() {
-    let mut paper = Model::paper();
-    paper.actuator.voltage_gain = 0.0;
-    for ids in
-        [["command_saturation", "command_quantization"], ["command_quantization", "command_saturation"]]
-    {
-        let mut model = ids.iter().fold(paper.clone(), |model, id| {
-            let effect = model.effect(id).expect("known");
-            model.with(&effect)
-        });
-        model.set_parameter("command_quantization.step", 0.1);
-        model.set_parameter("command_saturation.limit", 0.47);
-        let input = RotorInput {
-            time: &[0.0, 0.02],
-            command: &[0.523; 2],
-            command_from: None,
-            voltage: None,
-            side: 1.0,
-        };
-        let mut rates = [0.0; 2];
-        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
-        let steady = paper.steady_rate(0.47);
-        assert!((rates[1] - steady).abs() < 1e-9, "{ids:?}: {rates:?}, {steady}");
+        model.set_parameter("command_saturation.limit", limit);
+        let rate = steady(&model, 0.523, 0.8 * full);
+        let expected = paper.steady_rate(got);
+        assert!((rate - expected).abs() < 1e-9, "{ids:?}: {rate}, {expected}");
     }
 }
 
 /// Beyond the greatest command of a model with a dead zone and a limit nothing happens, and a little below it something does.
 #[test]
 fn the_greatest_command_is_that_beyond_which_nothing_happens() {
-    let mut model = ["command_saturation", "command_dead_zone"].iter().fold(Model::paper(), |model, id| {
-        let effect = model.effect(id).expect("known");
-        model.with(&effect)
-    });
+    let mut model = with_effects(Model::paper(), &["command_saturation", "command_dead_zone"]);
     assert_eq!(Model::paper().greatest_command(), None);
     model.set_parameter("command_dead_zone.width", 0.1);
     model.set_parameter("command_saturation.limit", 0.5);
     let greatest = model.greatest_command().expect("limited");
     assert!((greatest - 0.55).abs() < 1e-12, "{greatest}");
-    let rate = |command: f64| {
-        let (command, voltage) = ([command; 2], Some(&[12.0; 2][..]));
-        let input =
-            RotorInput { time: &[0.0, 0.02], command: &command, command_from: None, voltage, side: 1.0 };
-        let mut rates = [0.0; 2];
-        model.equations().expect("binds").rotor_readings(&input, &RotorStart::default(), &mut rates);
-        rates[1]
-    };
-    assert!((rate(greatest) - rate(1.0)).abs() < 1e-9);
-    assert!(rate(greatest - 0.01) < rate(1.0) - 5.0);
+    let most = steady(&model, 1.0, 12.0);
+    assert!((steady(&model, greatest, 12.0) - most).abs() < 1e-9);
+    assert!(steady(&model, greatest - 0.01, 12.0) < most - 5.0);
 }
 
 /// The steady rates behind each pair of effects, whichever was added first: what a lag or a ramp goes towards has all of the curve in it,
@@ -98,10 +67,7 @@ fn what_goes_towards_a_steady_rate_goes_towards_all_of_it() {
         ["slew_rate_limit", "second_order_lag"],
     ] {
         let rates = |ids: [&str; 2]| {
-            let model = ids.iter().fold(Model::paper(), |model, id| {
-                let effect = model.effect(id).expect("known");
-                model.with(&effect)
-            });
+            let model = with_effects(Model::paper(), &ids);
             let (time, command, voltage) = (&time[..], &command[..], Some(&[11.0; 40][..]));
             let input = RotorInput { time, command, command_from: None, voltage, side: 1.0 };
             let mut rates = [0.0; 40];
