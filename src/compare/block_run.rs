@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use super::run::RunMode;
 use super::trace::{MeasuredSignal, SampleRows, Trace};
+use crate::estimation::slope::centred_slope_noise;
 use crate::log::Dataset;
+use crate::model::LagInverse;
 
 /// A block that was run, before it is scored.
 pub(crate) struct BlockRun {
@@ -37,9 +39,28 @@ pub(crate) enum NoisePath {
     /// Through thrust sensor and rotor rate, whose slope [N s/rad] is given.
     Thrust(f64),
     /// Through the start of each window and, where they drive the body, the rotors' rates.
-    Window { rotors: bool, angle: bool },
+    Window { rotors: bool, angle: bool, behind: BehindSensors },
     /// Through a slope over so many samples to both sides.
     Slope(usize),
+}
+
+/// How much noisier than a reading is what is behind a sensor that lags.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BehindSensors {
+    /// [-] times the gyroscope's noise in the rate that a window starts with.
+    pub start: f64,
+    /// [s] times the noise of the rotors' acceleration of the body in what they have done since a window's start.
+    pub rotors_s: f64,
+}
+
+impl BehindSensors {
+    /// Behind these, over rows `interval` [s] apart.
+    pub(crate) fn of(gyroscope: &LagInverse, telemetry: &LagInverse, interval: f64) -> Self {
+        let start = (gyroscope.lag_s * centred_slope_noise(gyroscope.half, interval)).hypot(1.0);
+        // What a slope adds, summed up over time, are the readings around the ends.
+        let rotors_s = telemetry.lag_s / (2.0 * telemetry.half as f64 + 1.0).sqrt();
+        Self { start, rotors_s }
+    }
 }
 
 impl BlockRun {
@@ -81,6 +102,14 @@ impl BlockRun {
         }
         self.modelled.extend_from_slice(modelled);
         self.pieces.push(from..self.modelled.len());
+    }
+
+    /// Adds a part; `scored` is what is, of a channel that is scored in part only.
+    pub(crate) fn add_part(&mut self, scored: Option<&[f64]>, rows: Range<usize>, modelled: &[f64]) {
+        match scored {
+            None => self.add(rows, modelled),
+            Some(scored) => self.add_scored(rows, scored, modelled),
+        }
     }
 
     /// The same where a part of the log's own column is scored: where `scored` is a number.
@@ -144,5 +173,48 @@ impl BlockRun {
             modelled: self.modelled.into(),
             in_part: self.in_part,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimation::slope::centred_slope;
+    use crate::model::Model;
+
+    /// What is behind a sensor is as much noisier as it says: the answer to one reading is that to noise.
+    #[test]
+    fn the_noise_behind_sensors_is_known() {
+        let mut model = Model::paper();
+        for (id, number) in [("gyro_lag", "gyro_lag.pole"), ("telemetry_lag", "telemetry_lag.pole")] {
+            model = model.with(&model.effect(id).expect("known"));
+            model.set_parameter(number, 25.0);
+        }
+        let equations = model.equations().expect("binds");
+        let (gyroscope, telemetry) = (equations.gyroscope_inverse(0.01), equations.telemetry_inverse(0.01));
+        assert!((gyroscope.lag_s - 0.04).abs() < 2e-4, "{gyroscope:?}");
+        let behind = BehindSensors::of(&gyroscope, &telemetry, 0.01);
+        let time: Vec<f64> = (0..40).map(|row| 0.01 * f64::from(row)).collect();
+        let one: Vec<f64> = (0..40).map(|row| if row == 20 { 1.0 } else { 0.0 }).collect();
+        let rate = |row: usize| {
+            let shown = (time[row], 0.0, one[row]);
+            equations.start_behind(&gyroscope, shown, |half| centred_slope(&time, &one, row, half)).rate
+        };
+        let power: f64 = (10..30).map(|row| rate(row).powi(2)).sum();
+        assert!((power.sqrt() - behind.start).abs() < 1e-9, "{} {}", power.sqrt(), behind.start);
+        let rates = equations.rates_behind(&telemetry, (&one).into(), |rates, half| {
+            (0..40).map(|row| centred_slope(&time, rates, row, half)).collect()
+        });
+        // The readings themselves, summed up, are the walk: what is beside it ends where it began.
+        let mut beside = 0.0;
+        let sums = (0..40).map(|row| {
+            beside += 0.01 * (rates[row] - one[row]);
+            beside * beside
+        });
+        let power: f64 = sums.sum();
+        // A window of straight weights holds 5/6 to 6/5 of a mean's noise.
+        assert!((power.sqrt() / behind.rotors_s - 1.0).abs() < 0.2, "{} {}", power.sqrt(), behind.rotors_s);
+        let none = BehindSensors::of(&LagInverse::NONE, &LagInverse::NONE, 0.01);
+        assert_eq!((none.start, none.rotors_s), (1.0, 0.0));
     }
 }

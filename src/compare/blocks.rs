@@ -1,24 +1,19 @@
 //! Runs each block on measured inputs, through the model's own free runs.
 
 use std::borrow::Cow;
-use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::run::RunMode;
+use super::body_drive::{BodyDrive, body_inputs, commanded};
+use super::body_windows::body;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
-use crate::cancel;
 use crate::effect::Law;
-use crate::estimation::slope::forward_slopes;
-use crate::estimation::windows;
-use crate::log::segments::{held_throughout, stretches};
+use crate::log::Dataset;
+use crate::log::segments::stretches;
 use crate::log::signals::rotor_of;
-use crate::log::{Cells, Dataset};
-use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
-use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
-use crate::signal::columns::{
-    self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMANDS, PROPELLER_RATES, TORQUE_COMMAND,
-};
+use crate::model::{Equations, Model, RotorInput, RotorStart, RotorTrace};
+use crate::screening::{ScreenedLog, readings};
+use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE};
 use crate::signal::{ROTORS, side};
 use crate::threads::spread_longest_first;
 
@@ -111,7 +106,7 @@ fn actuator(
         let modelled = rotor_run(equations, &input, rows.start == 0, (shown, &measured), is_slow);
         let (added, over) = one_step_squares(time, (&measured, &modelled), model.actuator.pole);
         (squares, count) = (squares + added, count + over);
-        add(&mut block, in_part.then_some(&measured), rows, &modelled);
+        block.add_part(in_part.then_some(&measured), rows, &modelled);
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
@@ -194,222 +189,4 @@ fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: u
         block.add_scored(stretch.rows.clone(), &scored[stretch.rows], &modelled);
     }
     block.is_scored(log).then_some(block)
-}
-
-/// What drives the body.
-pub(crate) struct BodyDrive<'a> {
-    /// Rows of the log, and the input over them.
-    pub stretches: Vec<(Range<usize>, BodyInput)>,
-    /// Columns.
-    pub by: Vec<&'static str>,
-    /// Which rows are scored.
-    pub judged: &'a ScreenedBody,
-}
-
-/// Measured inputs of the body. `None` where the log has not got it, or it was held still.
-pub(crate) fn body_inputs<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<BodyDrive<'a>> {
-    let log = screened.dataset();
-    let judged = screened.body().filter(|judged| !judged.is_held())?;
-    let (by, stretches) = match judged.driven_by() {
-        DrivenBy::MeasuredRates => (PROPELLER_RATES.to_vec(), by_rates(equations, log, judged.stretches())),
-        DrivenBy::TorqueCommand => {
-            let input = |rows: &Range<usize>| {
-                let time = log.time_cells().part(rows.clone());
-                let still = vec![0.0; time.len()];
-                let torque = equations.torque_means(&time, &judged.torque()[rows.clone()], &still);
-                (rows.clone(), BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
-            };
-            (vec![TORQUE_COMMAND], judged.stretches().iter().map(input).collect())
-        }
-        DrivenBy::Commands => return None,
-    };
-    let stretches = with_memory(equations, log, stretches);
-    Some(BodyDrive { stretches, by, judged })
-}
-
-/// The same with what laws add that remember where the body has been: as it was measured.
-fn with_memory(
-    equations: &Equations,
-    log: &Dataset,
-    mut stretches: Vec<(Range<usize>, BodyInput)>,
-) -> Vec<(Range<usize>, BodyInput)> {
-    if !equations.has_remembered_torque() {
-        return stretches;
-    }
-    let held = |name: &str| {
-        let bridged = readings::bridged(log.time(), log.column(name).unwrap_or_default());
-        held_throughout(&bridged)
-    };
-    let (angle, rate) = (held(BODY_ANGLE), held(BODY_RATE));
-    let of = |values: &[f64], rows: &Range<usize>| values.get(rows.clone()).unwrap_or_default().to_vec();
-    for (rows, input) in &mut stretches {
-        equations.add_remembered_torque(input, &of(&angle, rows), &of(&rate, rows));
-    }
-    stretches
-}
-
-fn by_rates(
-    equations: &Equations,
-    log: &Dataset,
-    stretches: &[Range<usize>],
-) -> Vec<(Range<usize>, BodyInput)> {
-    let rates =
-        PROPELLER_RATES.map(|name| readings::carried(log.time(), log.column(name).unwrap_or_default()));
-    match stretches {
-        // Mostly all of the log: nothing to copy.
-        [all] if all.len() == log.len() => {
-            vec![(all.clone(), rotor_driven(equations, log.time_cells(), rates.map(Cow::into_owned)))]
-        }
-        stretches => {
-            let input = |rows: &Range<usize>| {
-                let rates = rates.each_ref().map(|rates| rates[rows.clone()].to_vec());
-                (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
-            };
-            stretches.iter().map(input).collect()
-        }
-    }
-}
-
-/// Input of the body from the rates of both rotors at the samples, straight lines between them.
-fn rotor_driven(equations: &Equations, time: Cells, rates: [Vec<f64>; 2]) -> BodyInput {
-    let [mut rate_1, mut rate_2] = rates;
-    let pairs = rate_1.iter().zip(&rate_2);
-    let mut torque: Vec<f64> = pairs.map(|(a, b)| equations.rotor_torque(*a, *b)).collect();
-    let slopes = forward_slopes(&time, &torque);
-    // In place: of a long log each of these takes as much as a column.
-    for values in [&mut rate_1, &mut rate_2, &mut torque] {
-        for row in 1..values.len() {
-            values[row - 1] = 0.5 * (values[row - 1] + values[row]);
-        }
-    }
-    BodyInput {
-        torque: equations.torque_means(&time, &torque, &slopes),
-        propeller_rate: [rate_1, rate_2],
-        time,
-    }
-}
-
-/// Inputs of the body through the modelled rotors.
-fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<BodyDrive<'a>> {
-    let log = screened.dataset();
-    let judged = screened.chain().filter(|judged| !judged.is_held())?;
-    let rotors = [screened.commanded(1)?, screened.commanded(2)?];
-    let body = judged.stretches().iter().map(|rows| {
-        let time = &log.time()[rows.clone()];
-        let rates = [0, 1].map(|rotor| {
-            let data = rotors[rotor].data();
-            let from = data.command_from_beside(equations.command_delay(), rows);
-            let input = RotorInput {
-                time,
-                command: &data.command[rows.clone()],
-                command_from: from.as_deref(),
-                voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
-                side: side(rotor),
-            };
-            let first = log.column(PROPELLER_RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
-            let rate = first.filter(|rate| rate.is_finite());
-            let start = RotorStart { rate, is_first: rows.start == 0, ..RotorStart::default() };
-            let mut trace = RotorTrace::default();
-            equations.simulate_rotor(&input, &start, &mut trace);
-            trace.rate
-        });
-        (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
-    });
-    let battery = log.column(BATTERY_VOLTAGE);
-    let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY_VOLTAGE)).collect();
-    Some(BodyDrive { stretches: with_memory(equations, log, body.collect()), by, judged })
-}
-
-/// Windows over the body: rate, and angle where it is measured.
-fn body(
-    name: &'static str,
-    equations: &Equations,
-    log: &Dataset,
-    config: &CompareConfig,
-    driven: &BodyDrive,
-) -> Vec<BlockRun> {
-    let Some(shown) = log.column(BODY_RATE) else { return Vec::new() };
-    let shown_angle = log.column(BODY_ANGLE);
-    let rate = driven.judged.driven_rows(shown);
-    let angle = shown_angle.map(|angle| driven.judged.driven_rows(angle));
-    // Where a window starts; it is scored by what was measured.
-    let start_angle = shown_angle.map(|angle| readings::bridged(log.time(), angle));
-    let in_part = matches!(rate, Cow::Owned(_));
-    let rotors = driven.by.first() == Some(&PROPELLER_RATES[0]);
-    let floor = |angle| NoisePath::Window { rotors, angle };
-    let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
-    let mut angles = BlockRun::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
-    let (mut squares, mut count) = (0.0, 0.0);
-    let mut trace = BodyTrace::default();
-    for (rows, input) in &driven.stretches {
-        cancel::check();
-        let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
-        let is_known =
-            |row: usize| measured.0[row].is_finite() && measured.1.is_none_or(|angle| angle[row].is_finite());
-        for window in windows::joined(&input.time, is_known, config.horizon_s) {
-            window_run(equations, input, &window, measured, &mut trace);
-            // The start is the measurement itself: it is not scored.
-            let scored = rows.start + window.start + 1..rows.start + window.end;
-            add(&mut rates, in_part.then_some(&rate[scored.clone()]), scored.clone(), &trace.rate[1..]);
-            if let Some(angle) = &angle {
-                add(&mut angles, in_part.then_some(&angle[scored.clone()]), scored, &trace.angle[1..]);
-            }
-        }
-        for window in windows::joined(&input.time, is_known, f64::MIN_POSITIVE) {
-            window_run(equations, input, &window, measured, &mut trace);
-            let step = measured.0[window.end - 1] - trace.rate[1];
-            if step.is_finite() {
-                squares += step * step;
-                count += 1.0;
-            }
-        }
-    }
-    rates.run = RunMode::Windows(config.horizon_s);
-    angles.run = rates.run;
-    rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
-    [rates, angles].into_iter().filter(|block| block.is_scored(log)).collect()
-}
-
-/// Adds a part to a run; `scored` is what is, of a channel that is scored in part only.
-fn add(run: &mut BlockRun, scored: Option<&[f64]>, rows: Range<usize>, modelled: &[f64]) {
-    match scored {
-        None => run.add(rows, modelled),
-        Some(scored) => run.add_scored(rows, scored, modelled),
-    }
-}
-
-/// One window from the measured state.
-fn window_run(
-    equations: &Equations,
-    input: &BodyInput,
-    window: &Range<usize>,
-    measured: (&[f64], Option<&[f64]>),
-    trace: &mut BodyTrace,
-) {
-    let angle = measured.1.map_or(0.0, |angle| angle[window.start]);
-    let rate = true_rate(equations, input, window.start, angle, measured.0[window.start]);
-    let start = BodyStart { angle, rate, sensor: 0.0 };
-    trace.rate.clear();
-    trace.angle.clear();
-    equations.simulate_body(input, window.start, window.end, &start, trace);
-}
-
-/// [rad/s] the body rate that the model's gyroscope would show as `reading`: its laws are straight lines.
-pub(crate) fn true_rate(
-    equations: &Equations,
-    input: &BodyInput,
-    row: usize,
-    angle: f64,
-    reading: f64,
-) -> f64 {
-    if !equations.has_rate_sensor_laws() {
-        return reading;
-    }
-    let shown = |rate: f64| {
-        let mut trace = BodyTrace::default();
-        equations.simulate_body(input, row, row + 1, &BodyStart { angle, rate, sensor: 0.0 }, &mut trace);
-        trace.rate.first().copied().unwrap_or(rate)
-    };
-    let (offset, slope) = (shown(0.0), shown(1.0) - shown(0.0));
-    if slope.abs() > 1e-6 { (reading - offset) / slope } else { reading }
 }

@@ -6,7 +6,7 @@
 use super::block_run::{BlockRun, NoisePath};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::integral::running;
-use crate::estimation::slope::centred_slopes;
+use crate::estimation::slope::{centred_slope_noise, centred_slopes};
 use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::model::Equations;
@@ -59,11 +59,9 @@ pub(crate) fn thinned(log: &Dataset, name: &str) -> f64 {
 
 /// [rad/s] what noise of gyroscope [rad/s] and angle [rad] leaves after the slopes.
 pub(crate) fn noise(half: usize, interval: f64, gyro: f64, angle: f64) -> f64 {
-    let n = half as f64;
-    let spread = interval * interval * n * (n + 1.0) * (2.0 * n + 1.0) / 3.0;
     // The weights on the rate are a parabola over the window, whose squares integrate to 3 / (5 reach).
-    let smoothed = gyro * (0.6 / n).sqrt();
-    (angle / spread.sqrt()).hypot(smoothed)
+    let smoothed = gyro * (0.6 / half as f64).sqrt();
+    (angle * centred_slope_noise(half, interval)).hypot(smoothed)
 }
 
 #[cfg(test)]

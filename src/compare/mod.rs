@@ -16,6 +16,8 @@
 
 mod block_run;
 mod blocks;
+mod body_drive;
+mod body_windows;
 mod config;
 mod dependence;
 mod error;

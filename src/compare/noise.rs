@@ -113,14 +113,15 @@ mod tests {
     /// follows it, each begun at a noisy sample, do not.
     #[test]
     fn windows_show_the_noise_below_a_fast_signal() {
-        use super::super::block_run::NoisePath;
+        use super::super::block_run::{BehindSensors, NoisePath};
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
         let normal = Normal::new(0.0, 0.004).unwrap();
         let time: Vec<f64> = (0..6_000).map(|k| 0.02 * f64::from(k)).collect();
         let swing: Vec<f64> = time.iter().map(|t| (6.0 * std::f64::consts::PI * t).sin()).collect();
         let rate: Vec<f64> = swing.iter().map(|rate| rate + normal.sample(&mut rng)).collect();
         let log = Dataset::made(time, [("body_rate_rad_s", rate.clone())]);
-        let floor = NoisePath::Window { rotors: false, angle: false };
+        let behind = BehindSensors { start: 1.0, rotors_s: 0.0 };
+        let floor = NoisePath::Window { rotors: false, angle: false, behind };
         let mut run = BlockRun::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
             let rows = start + 1..start + 16;

@@ -168,13 +168,14 @@ impl BlockRun {
             }
             // Means over the window of the variance at each instant: of the start's rate, once for the rate and
             // times t² for the angle; of the rotors' noise, which walks with t and, integrated, with t³/3.
-            NoisePath::Window { rotors, angle } => {
+            NoisePath::Window { rotors, angle, behind } => {
                 let kick = if rotors { rotor_noise(model, noise) } else { 0.0 };
                 let walk = kick * kick * interval * horizon;
+                let start = (behind.start * gyro).hypot(behind.rotors_s * kick);
                 let variance = if angle {
-                    2.0 * sensor * sensor + (gyro * horizon).powi(2) / 3.0 + walk * horizon * horizon / 12.0
+                    2.0 * sensor * sensor + (start * horizon).powi(2) / 3.0 + walk * horizon * horizon / 12.0
                 } else {
-                    2.0 * sensor * sensor + walk / 2.0
+                    sensor * sensor + start * start + walk / 2.0
                 };
                 variance.sqrt()
             }

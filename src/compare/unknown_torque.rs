@@ -10,7 +10,8 @@ use std::ops::Range;
 use nalgebra::{Matrix4, RowVector4, Vector4};
 use serde::Serialize;
 
-use super::blocks::{body_inputs, true_rate};
+use super::block_run::BehindSensors;
+use super::body_drive::body_inputs;
 use super::dependence::Dependence;
 use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
@@ -19,9 +20,10 @@ use super::{CompareConfig, CompareError};
 use crate::effect::Site;
 use crate::estimation::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
+use crate::estimation::slope::centred_slope;
 use crate::log::Cells;
-use crate::model::{BodyInput, Equations, Model, ModelError};
-use crate::screening::ScreenedLog;
+use crate::model::{BodyInput, Equations, LagInverse, Model, ModelError};
+use crate::screening::{ScreenedLog, readings};
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 use crate::threads;
 
@@ -100,17 +102,22 @@ pub(crate) fn estimate(
     };
     let body = without_gyroscope(model)?.equations()?;
     let angle = log.column(BODY_ANGLE);
+    let readings = readings::bridged(log.time(), rate);
+    let interval = log.median_interval();
+    let gyroscope = equations.gyroscope_inverse(interval);
+    let behind = BehindSensors::of(&gyroscope, &LagInverse::NONE, interval);
     let parts: Vec<TorqueInput> = driven
         .stretches
         .iter()
         .map(|(rows, input)| {
             let angle = angle.map(|angle| &angle[rows.clone()]);
-            torque_input((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
+            let rate = (&rate[rows.clone()], &readings[rows.clone()]);
+            torque_input((&equations, &body), &gyroscope, rows.clone(), input, rate, angle)
         })
         .collect();
     let spread = TorqueNoise {
         inertia: model.body.inertia,
-        gyro: noise.of(BODY_RATE).max(THRESHOLDS.least_gyro_noise),
+        gyro: behind.start * noise.of(BODY_RATE).max(THRESHOLDS.least_gyro_noise),
         angle: noise.of(BODY_ANGLE).max(THRESHOLDS.least_angle_noise),
         rotors: rotor_noise(model, noise),
     };
@@ -173,12 +180,13 @@ fn likeliest_walk(part: &TorqueInput<'_>, spread: &TorqueNoise) -> f64 {
 }
 
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
-/// that shows the true rate.
+/// that shows the true rate. The rate is as it was measured, and without gaps.
 fn torque_input<'a>(
     (equations, body): (&Equations, &Equations),
+    gyroscope: &LagInverse,
     rows: Range<usize>,
     input: &'a BodyInput,
-    rate: &'a [f64],
+    (rate, readings): (&'a [f64], &[f64]),
     angle: Option<&'a [f64]>,
 ) -> TorqueInput<'a> {
     let (mut newest_rate, mut newest_angle) = (0.0, 0.0);
@@ -189,7 +197,10 @@ fn torque_input<'a>(
         if let Some(angle) = angle.map(|angle| angle[row]).filter(|angle| angle.is_finite()) {
             newest_angle = angle;
         }
-        let turned = true_rate(equations, input, row, newest_angle, rate[row]);
+        let shown = (input.time[row], newest_angle, rate[row]);
+        let start =
+            equations.start_behind(gyroscope, shown, |half| centred_slope(&input.time, readings, row, half));
+        let turned = start.rate;
         if turned.is_finite() {
             newest_rate = turned;
         }

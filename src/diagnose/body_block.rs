@@ -7,11 +7,11 @@ use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::mean;
 use crate::estimation::scattered::scattered;
-use crate::estimation::slope::beside_a_line;
+use crate::estimation::slope::{beside_a_line, centred_slope};
 use crate::estimation::windows;
 use crate::log::Cells;
 use crate::log::segments::held_throughout;
-use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
+use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, LagInverse};
 use crate::screening::readings;
 
 /// One stretch of one log.
@@ -85,6 +85,23 @@ impl BodyRun {
             path: Arc::default(),
             input: Arc::new(BodyInput { torque, propeller_rate, time }),
         }
+    }
+
+    /// How late the gyroscope is that a model says it was measured with.
+    #[must_use]
+    pub(crate) fn gyroscope_inverse(&self, equations: &Equations) -> LagInverse {
+        let time = &self.input.time;
+        let span = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first);
+        equations.gyroscope_inverse(span / time.len().saturating_sub(1).max(1) as f64)
+    }
+
+    /// Where a window starts, by what was measured. Behind a gyroscope with laws of its own the body turns at another rate, and
+    /// a law that is no straight line, such as dry friction, asks for that one: from the reading no fit finds there.
+    fn start(&self, equations: &Equations, gyroscope: &LagInverse, window: usize) -> BodyStart {
+        let (time, row) = (&self.input.time[..], self.windows[window].start);
+        let [angle, rate] = self.starts[window];
+        let shown = (time.get(row).copied().unwrap_or(0.0), angle, rate);
+        equations.start_behind(gyroscope, shown, |half| centred_slope(time, &self.path().rate, row, half))
     }
 
     /// How the body went.
@@ -199,7 +216,7 @@ pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
 
 /// Simulates one window from its local start, and writes the residuals: rates, then angles.
 pub fn window_residuals(
-    equations: &Equations,
+    (equations, gyroscope): (&Equations, &LagInverse),
     (run, input): (&BodyRun, &BodyInput),
     window: usize,
     locals: &[f64],
@@ -216,8 +233,8 @@ pub fn window_residuals(
     let local = |index: usize| locals.get(index).copied().unwrap_or(0.0);
     let (rate, angle, sensor) =
         if has_angle { (local(0), local(1), local(2)) } else { (local(0), 0.0, local(1)) };
-    let [start_angle, start_rate] = run.starts[window];
-    let start = BodyStart { angle: start_angle + angle, rate: start_rate + rate, sensor };
+    let from = run.start(equations, gyroscope, window);
+    let start = BodyStart { angle: from.angle + angle, rate: from.rate + rate, sensor: from.sensor + sensor };
     trace.rate.clear();
     trace.angle.clear();
     equations.simulate_body(input, rows.start, rows.end, &start, trace);

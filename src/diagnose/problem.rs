@@ -14,7 +14,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{OutputError, UnitResiduals};
 use crate::estimation::unit_fit;
-use crate::model::{BodyInput, BodyTrace, Effect, Equations, Model, Remembered, RotorTrace};
+use crate::model::{BodyInput, BodyTrace, Effect, Equations, LagInverse, Model, Remembered, RotorTrace};
 use crate::threads::spread_out;
 
 /// Windows of the body that are simulated on one core.
@@ -195,6 +195,7 @@ impl OutputError for Problem<'_> {
 struct BodyUnits<'a> {
     problem: &'a Problem<'a>,
     equations: Equations,
+    gyroscope: LagInverse,
     /// Each with its inputs, where the model delays or lags them, and its first window.
     runs: Vec<(&'a BodyRun, Option<BodyInput>, usize)>,
 }
@@ -202,13 +203,14 @@ struct BodyUnits<'a> {
 impl<'a> BodyUnits<'a> {
     fn new(problem: &'a Problem<'a>, equations: Equations, runs: &'a [BodyRun]) -> Self {
         let mut first = 0;
+        let gyroscope = runs.first().map_or(LagInverse::NONE, |run| run.gyroscope_inverse(&equations));
         let runs = runs.iter().map(|run| {
             let own = (run, body_block::input_under(&equations, run), first);
             first += run.windows.len();
             own
         });
         let runs = runs.collect();
-        Self { problem, equations, runs }
+        Self { problem, equations, gyroscope, runs }
     }
 }
 
@@ -226,7 +228,7 @@ impl UnitResiduals for BodyUnits<'_> {
             let own = locals.get(place * count..(place + 1) * count).unwrap_or(&[]);
             let run = (*run, under.as_ref().unwrap_or(&run.input));
             body_block::window_residuals(
-                &self.equations,
+                (&self.equations, &self.gyroscope),
                 run,
                 unit - first,
                 own,

@@ -73,6 +73,13 @@ pub fn centred_slope(time: &[f64], values: &[f64], row: usize, half: usize) -> f
     slope(&time[around.clone()], &values[around]).0
 }
 
+/// [unit/s] noise of a slope through `half` samples to both sides, `interval` [s] apart, of readings with a noise of one unit.
+#[must_use]
+pub fn centred_slope_noise(half: usize, interval: f64) -> f64 {
+    let n = half as f64;
+    1.0 / (interval * (n * (n + 1.0) * (2.0 * n + 1.0) / 3.0).sqrt())
+}
+
 /// The slopes in a window of rows and in the three behind it, each summed up as [`slope`] does, to the last digit: one would wait
 /// for its own sums at every step. `None` where not all four are whole.
 fn side_by_side<const N: usize>(

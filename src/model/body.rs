@@ -11,14 +11,11 @@ const LONGEST_STEP: f64 = 5.5e-3;
 /// [s] the same where every law is smooth: one that takes a body's motion away within 40 ms is right to 1e-5 a step.
 const LONGEST_SMOOTH_STEP: f64 = 1.1e-2;
 /// Most steps between two samples.
-const MOST_STEPS: f64 = 64.0;
+pub(super) const MOST_STEPS: f64 = 64.0;
 /// Steps per interval for laws with memory on the torque.
 const STREAM_STEPS: usize = 4;
-/// [s] steps in which a sensor's memory follows a rate that rises in a straight line: held at its mean over 5 ms the rate would
-/// reach a filter of 300 rad/s with half a millisecond of delay.
-const SENSOR_STEP: f64 = 1.4e-3;
 /// Most states of laws with memory.
-const MOST_STATES: usize = 4;
+pub(super) const MOST_STATES: usize = 4;
 
 impl Equations {
     /// [N] thrust of one rotor at `rate` [rad/s], effects included; `side` is +1 for rotor 1, -1 for rotor 2.
@@ -31,33 +28,6 @@ impl Equations {
             point.thrust += hook.add(&point);
         }
         point.thrust
-    }
-
-    /// [rad/s] what the gyroscope would show of a given motion, true rate [rad/s] and angle [rad] at `time` [s].
-    #[must_use]
-    pub fn gyroscope(&self, time: &[f64], rate: &[f64], angle: &[f64]) -> Vec<f64> {
-        let mut states = [0.0; MOST_STATES];
-        let mut shown = Vec::with_capacity(rate.len());
-        for (row, (rate_now, angle_now)) in rate.iter().zip(angle).enumerate() {
-            let here =
-                Point { time: time[row], body_rate: *rate_now, body_angle: *angle_now, ..self.constants };
-            if row == 0 {
-                for (hook, state) in self.rate_sensor.iter().zip(&mut states) {
-                    if let Some(memory) = hook.memory() {
-                        *state = memory.steady_state(&here);
-                    }
-                }
-            } else {
-                self.advance_rate_sensor(
-                    &mut states,
-                    (rate[row - 1], *rate_now),
-                    &here,
-                    time[row] - time[row - 1],
-                );
-            }
-            shown.push(self.sensed_rate(*rate_now, *angle_now, time[row], &states));
-        }
-        shown
     }
 
     /// Whether the torque is delayed or lagged, so that [`Equations::torque_means`] depends on the model.
@@ -139,13 +109,8 @@ impl Equations {
         trace: &mut BodyTrace,
     ) {
         let (mut angle, mut rate) = (start.angle, start.rate);
-        let mut sensor = [0.0; MOST_STATES];
         let at_start = Point { body_rate: rate, body_angle: angle, ..self.constants };
-        for (hook, state) in self.rate_sensor.iter().zip(&mut sensor) {
-            if let Some(memory) = hook.memory() {
-                *state = memory.steady_state(&at_start) + start.sensor;
-            }
-        }
+        let mut sensor = self.settled(&at_start).map(|state| state + start.sensor);
         let mut held = self.constants;
         let (mut stride, mut row) = (BodyStride::of(self, to.saturating_sub(from)), from);
         while row < to {
@@ -271,45 +236,6 @@ impl Equations {
             angle + sixth * (rate + 2.0 * (rate_2 + rate_3) + rate_4),
             rate + sixth * (first + 2.0 * (second + third) + fourth),
         )
-    }
-
-    #[inline]
-    fn sensed_rate(&self, rate: f64, angle: f64, time: f64, states: &[f64]) -> f64 {
-        if self.rate_sensor.is_empty() {
-            return rate;
-        }
-        let mut point = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
-        for (hook, state) in self.rate_sensor.iter().zip(states) {
-            point.body_rate += match hook.memory() {
-                Some(memory) => memory.add(*state, &point),
-                None => hook.add(&point),
-            };
-        }
-        point.body_rate
-    }
-
-    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s]; `here` is the rest of the point.
-    fn advance_rate_sensor(&self, states: &mut [f64], (from, to): (f64, f64), here: &Point, step: f64) {
-        let steps = (step / SENSOR_STEP).ceil().clamp(1.0, MOST_STEPS);
-        let part = 1.0 / steps;
-        for index in 0..steps as usize {
-            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
-            for (hook, state) in self.rate_sensor.iter().zip(&mut *states) {
-                mean.body_rate += match hook.memory() {
-                    Some(memory) => {
-                        *state = memory.advance(*state, &mean, part * step);
-                        memory.add(*state, &mean)
-                    }
-                    None => hook.add(&mean),
-                };
-            }
-        }
-    }
-
-    /// Whether the gyroscope shows anything but the body's rate.
-    #[must_use]
-    pub fn has_rate_sensor_laws(&self) -> bool {
-        !self.rate_sensor.is_empty()
     }
 }
 

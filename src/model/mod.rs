@@ -30,6 +30,7 @@ mod rotor_error;
 mod rotor_step;
 mod rotor_trace;
 mod runge_kutta;
+mod sensors;
 mod step_back;
 mod user_effect;
 
@@ -49,6 +50,7 @@ pub use measure::Measure;
 pub use rotor_error::RotorError;
 pub use rotor_step::{Member, MemberState};
 pub use rotor_trace::{Remembered, RotorInput, RotorStart, RotorTrace};
+pub use sensors::LagInverse;
 pub use user_effect::{UserEffect, UserParameter};
 
 /// Rotor: from command and battery to rate and thrust.

@@ -10,6 +10,8 @@ use crate::effect::{Point, RowResponse, SAME_SPAN, step_response};
 const STEP_SHARE: f64 = 0.35;
 /// [s] a state that reaches its steady state within a step this short needs no finer one.
 const SHORTEST_STEP: f64 = 2.5e-3;
+/// Steps between two rows of a ramp.
+const RAMP_STEPS: usize = 8;
 
 /// Everything that moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -359,6 +361,28 @@ impl Equations {
             self.pole * (z - rate) + self.acceleration.iter().map(|hook| hook.add(point)).sum::<f64>()
         };
         runge_kutta(with_laws, rate, z, stride.step)
+    }
+
+    /// Whether a rotor's telemetry remembers.
+    pub(super) fn senses_rotor_late(&self) -> bool {
+        self.rotor_sensor.iter().any(|hook| hook.memory().is_some())
+    }
+
+    /// [rad/s] what telemetry shows at the end of a ramp of the rotor's rate [rad/s].
+    pub(super) fn shown_of_ramp(&self, time: &[f64], rates: &[f64]) -> f64 {
+        let mut point = self.constants;
+        let mut state =
+            self.initial_state(point, &RotorStart { rate: rates.first().copied(), ..RotorStart::default() });
+        for (times, rates) in time.windows(2).zip(rates.windows(2)) {
+            let step = (times[1] - times[0]) / RAMP_STEPS as f64;
+            for part in 0..RAMP_STEPS {
+                let share = (part as f64 + 0.5) / RAMP_STEPS as f64;
+                point.propeller_rate = rates[0] + (rates[1] - rates[0]) * share;
+                self.advance_sensor(&mut state, &mut point, step);
+            }
+            state.rate = rates[1];
+        }
+        self.sensed(&state, &mut point)
     }
 
     fn advance_sensor(&self, state: &mut RotorState, mean: &mut Point, step: f64) {

@@ -3,6 +3,7 @@ use crate::model::*;
 mod ended;
 mod memory;
 mod order;
+mod sensors;
 mod stride;
 
 #[test]

@@ -74,6 +74,31 @@ fn one_block_s_error_does_not_hide_in_the_next() {
     assert!(over_floor(&comparison, "actuator_1") < 1.1);
 }
 
+/// With its law in the model a sensor that lags hides nothing from the blocks behind it: their windows start where the body is,
+/// and not where the gyroscope is, and the rotors drive it as they turn, and not as they say.
+#[test]
+fn behind_a_sensor_of_which_the_model_knows_nothing_is_missing() {
+    let lagging = [
+        ("gyro_lag.pole", 30.0, Hidden { gyro_lag: 30.0, ..Hidden::nothing() }),
+        ("gyro_bias.bias", 0.05, Hidden { gyro_bias: 0.05, ..Hidden::nothing() }),
+        ("telemetry_lag.pole", 40.0, Hidden { telemetry_lag: 40.0, ..Hidden::nothing() }),
+    ];
+    for (seed, (name, value, hidden)) in lagging.into_iter().enumerate() {
+        let log = made(Kind::Attitude, &hidden, 9 + seed as u64);
+        let (id, _) = name.split_once('.').expect("of an effect");
+        let mut model = Model::paper().with(&Model::paper().effect(id).expect("known"));
+        model.set_parameter(name, value);
+        let mut compared = compare(&[model], &ScreenedLog::of(&log), &CompareConfig::default());
+        let comparison = compared.as_mut().expect("comparable").remove(0);
+        for block in &comparison.blocks {
+            let ratio = block.error.over_floor();
+            assert!(block.error.is_noise(), "{id}, {} {}: {ratio} of its floor", block.name, block.signal);
+        }
+        let torque = comparison.unknown_torque.as_ref().expect("a body rate is measured");
+        assert!(torque.rms < 1.5 * torque.uncertainty, "{id}: {} of {}", torque.rms, torque.uncertainty);
+    }
+}
+
 #[test]
 fn the_unknown_torque_is_the_hidden_one() {
     let pendulum = Hidden { gravity_pendulum: [0.3, 0.1], ..Hidden::nothing() };
