@@ -2,9 +2,11 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::model_selection::{improves, same_set};
+use super::model_selection::{improves, indistinguishable, same_set};
 use super::parallel::run_promising;
 use super::search_space::Search;
+use super::thresholds::THRESHOLDS;
+use crate::model::Model;
 use crate::threads::spread;
 
 impl Search<'_> {
@@ -96,6 +98,41 @@ impl Search<'_> {
         run_promising(&[candidates], (usize::MAX, usize::MAX), split, self.progress)
     }
 
+    /// Where the data cannot tell one effect of the answer from another one, and a second one from a third, most often not both
+    /// at once either: the sets with two exchanges, fitted.
+    pub(crate) fn two_exchanged(
+        &self,
+        split: &DataSplit,
+        best: &CandidateFit,
+        fits: &[CandidateFit],
+        base: &[String],
+    ) -> Vec<CandidateFit> {
+        let near = indistinguishable(split, best, fits, self.known);
+        let exchanged: Vec<(&CandidateFit, &String, &String)> = near
+            .iter()
+            .filter_map(|other| exchange(&best.effects, &other.effects).map(|(out, by)| (other, out, by)))
+            .collect();
+        let mut sets: Vec<(Model, Vec<String>)> = Vec::new();
+        for (place, (one, out, by)) in exchanged.iter().enumerate() {
+            for (_, other_out, other_by) in
+                exchanged[place + 1..].iter().filter(|it| it.1 != *out && it.2 != *by)
+            {
+                let set: Vec<String> = one
+                    .effects
+                    .iter()
+                    .map(|id| if id == *other_out { *other_by } else { id })
+                    .cloned()
+                    .collect();
+                let mut known = fits.iter().map(|it| &it.effects).chain(sets.iter().map(|(_, set)| set));
+                if !known.any(|known| same_set(known, &set)) {
+                    sets.push((one.model.without(other_out), set));
+                }
+            }
+        }
+        let candidates = sets.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
+        run_promising(&[candidates], (usize::MAX, THRESHOLDS.twice_exchanged), split, self.progress)
+    }
+
     /// Whether the card of one of two effects says that it is confused with the other.
     fn are_confused(&self, one: &str, other: &str) -> bool {
         let names = |of: &str, named: &str| {
@@ -104,4 +141,12 @@ impl Search<'_> {
         };
         names(one, other) || names(other, one)
     }
+}
+
+/// The effect of `set` in the place of which `other` has another one, and that one; `None` where they differ by more or less.
+fn exchange<'a>(set: &'a [String], other: &'a [String]) -> Option<(&'a String, &'a String)> {
+    let mut out = set.iter().filter(|id| !other.contains(id));
+    let mut by = other.iter().filter(|id| !set.contains(id));
+    let found = (out.next()?, by.next()?);
+    (out.next().is_none() && by.next().is_none()).then_some(found)
 }

@@ -36,6 +36,7 @@ mod progress;
 mod refit;
 pub mod refusal;
 mod residual_evidence;
+mod reweigh;
 pub mod rotor_block;
 mod rotors;
 pub mod search;

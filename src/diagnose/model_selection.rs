@@ -20,6 +20,34 @@ pub(crate) fn over_floor(split: &DataSplit, fitted: &CandidateFit, floors: &[f64
     channels.map(|channel| (ratio(channel), channel)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, 0))
 }
 
+/// How many times the noise a set leaves of what it was fitted on, or of what was held out, in the channel where that is most.
+/// Noise with a memory counts as noise here, as in the verdict: no effect is looked for in it.
+pub(crate) fn over_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
+    over_both(split, fitted, BlockData::floors)
+}
+
+/// The same over what surely is noise.
+pub(crate) fn over_white_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
+    over_both(split, fitted, BlockData::white_floors)
+}
+
+fn over_both(
+    split: &DataSplit,
+    fitted: &CandidateFit,
+    floors: impl Fn(&BlockData, &Residuals, f64) -> [f64; 2] + Sync,
+) -> f64 {
+    let inertia = fitted.model.body.inertia;
+    let (train, held_out) = both(
+        || floors(&split.train, &fitted.fit.residuals, inertia),
+        || floors(&split.validate, &fitted.held_out.residuals, inertia),
+    );
+    let of_channel = |channel: usize| {
+        let fitted_on = fitted.channel_error(split, channel, false) / train[channel];
+        fitted_on.max(fitted.channel_error(split, channel, true) / held_out[channel])
+    };
+    (0..split.train.channels().len()).map(of_channel).fold(0.0, f64::max)
+}
+
 /// Whether `after` gains enough for its extra freedom over `before`.
 pub(crate) fn improves(split: &DataSplit, before: &CandidateFit, after: &CandidateFit) -> bool {
     shortfall(split, before, after).is_none()

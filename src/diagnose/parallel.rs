@@ -21,6 +21,19 @@ pub fn run_all(
     })
 }
 
+/// The same from where fits in other units ended.
+pub fn run_all_near(
+    candidates: &[Candidate],
+    split: &DataSplit,
+    progress: &(dyn Fn(SearchEvent) + Sync),
+) -> Vec<CandidateFit> {
+    spread(candidates, |candidate| {
+        let fitted = candidate.run_near(split);
+        progress(SearchEvent::Fitted);
+        reported(fitted, split, progress)
+    })
+}
+
 /// A candidate that was fitted to the end, `progress` having heard what it leaves.
 fn reported(
     fitted: CandidateFit,

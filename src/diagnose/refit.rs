@@ -2,11 +2,14 @@
 
 use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::model_selection::weigh_channels;
+use super::model_selection::{over_white_floors, weigh_channels};
+use super::parallel::run_all;
 use super::problem::Problem;
 use super::search_result::SearchResult;
 use super::search_space::Search;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::output_error::{Fit, validate};
 use crate::model::{Effect, Model};
 
@@ -136,7 +139,8 @@ impl Search<'_> {
     }
 
     /// One after another as the search goes, and by joint estimation: the first finds the way where they are far from where they
-    /// start, the second where they only make sense together.
+    /// start, the second where they only make sense together. Where both leave more than noise, in the order in which each
+    /// next one leaves least, too.
     fn with(
         &self,
         refitted: &CandidateFit,
@@ -152,6 +156,33 @@ impl Search<'_> {
             let joint = self.candidate(&refitted.model, ids, base_names).run(split);
             best = if joint.fit.cost < best.fit.cost { joint } else { best };
         }
+        if ids.len() > 1 && over_white_floors(split, &best) > THRESHOLDS.done_at_floor {
+            let ordered = self.in_best_order(refitted, ids, base_names, split);
+            best = if ordered.fit.cost < best.fit.cost { ordered } else { best };
+        }
+        best
+    }
+
+    /// One after another, each time the one that leaves least.
+    fn in_best_order(
+        &self,
+        refitted: &CandidateFit,
+        ids: &[String],
+        base_names: &[String],
+        split: &DataSplit,
+    ) -> CandidateFit {
+        let mut best = refitted.clone();
+        for _ in ids {
+            let left = ids.iter().filter(|id| !best.effects.contains(id));
+            let sets: Vec<Vec<String>> =
+                left.map(|id| [&best.effects[..], std::slice::from_ref(id)].concat()).collect();
+            let candidates: Vec<Candidate> =
+                sets.iter().map(|set| self.candidate(&best.model, set, base_names)).collect();
+            let fits = run_all(&candidates, split, self.progress);
+            let Some(next) = fits.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost)) else { break };
+            best = next;
+        }
+        best.effects = ids.to_vec();
         best
     }
 

@@ -6,6 +6,7 @@ use super::data_split::DataSplit;
 use super::model_selection::{best_of_each, indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
 use super::refusal::EffectRefusal;
+use super::reweigh::Found;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
@@ -35,7 +36,11 @@ impl Search<'_> {
         let base_names = split.base_parameters(self.base);
         self.grow_sets(&split, &base_names, &bases.1, &mut fits);
         self.look_wider(&split, &base_names, &bases.1, &mut fits);
+        self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
         fits = best_of_each(&split, fits);
+        let best = self.grow_answer(&split, &bases.1, &fits);
+        let found = Found { split, bases, singles, fits };
+        let Found { split, bases, singles, mut fits } = self.reweighed(found, &base_names, &best);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let mut found = self.conclude(split, bases, singles, &mut fits, best);
         let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };
@@ -103,6 +108,8 @@ impl Search<'_> {
         let mut dropped = self.eliminate(&split, &mut best, &base_names, &refitted, fits);
         let swapped = self.swaps(&split, &best, fits, &base_names);
         fits.extend(swapped);
+        let exchanged_twice = self.two_exchanged(&split, &best, fits, &base_names);
+        fits.extend(exchanged_twice);
         if let Some(better) = self.exchanged(&split, (&best, &refitted), fits) {
             (best, dropped) = better;
         }

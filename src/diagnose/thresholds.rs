@@ -60,13 +60,13 @@ crate::thresholds! {
     /// fewer levels than these are no experiment of levels
     fewest_levels: usize = 9, "count", "judgement: three for each fold";
     /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
-    full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true }, "-", "judgement";
+    full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true, rescues_units: true }, "-", "judgement";
     /// the steps of a set before the best ones are chosen
-    brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
+    brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, reuses_slopes: true, rescues_units: false }, "-", "times of the development cases";
     /// a fit on a fold from the end of the fit on all data, or back: it is not far
-    fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, reuses_slopes: true }, "-", "times of the development cases";
+    fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, reuses_slopes: true, rescues_units: true }, "-", "times of the development cases";
     /// the first steps by which starts are compared
-    start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
+    start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, reuses_slopes: true, rescues_units: false }, "-", "times of the development cases";
     /// share of the cost without the effect that a fit must fall below to be fitted to the end: model selection asks for more
     promising_share: f64 = 0.99, "-", "least_gain, with room";
     /// a second start is fitted from when its first look was within this factor of the best
@@ -136,7 +136,7 @@ crate::thresholds! {
     pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
     /// larger sets: candidates fitted briefly beside each set, and fitted to the end
     set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
-    /// where the beam's answer leaves much of a rotor's error: so many effects, and pairs, that leave least get one more effect each
+    /// where the beam's answer leaves much of the error: so many effects, and pairs, that leave least get one more effect each
     wide_beam: usize = 5, "count", "sets of three of tools/campaign";
     /// the same: candidates fitted briefly beside each of them, and fitted to the end beside all
     wide_candidates: (usize, usize) = (8, 16), "count", "times of sets of three of tools/campaign";
@@ -146,6 +146,12 @@ crate::thresholds! {
     exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign: one wrong one leaves 1.1 to 1.5";
     /// sets with one effect of the best three exchanged: fitted briefly, and fitted to the end
     exchange_candidates: (usize, usize) = (16, 6), "count", "times of sets of three of tools/campaign";
+    /// by so many times another weight of rate to angle is one for which sets are fitted again
+    other_weights: f64 = 1.25, "-", "judgement";
+    /// sets that are fitted again under other weights, at most, best first
+    most_reweighed: usize = 12, "count", "times of sets of three of tools/campaign";
+    /// sets with two effects of the answer exchanged that are fitted to the end
+    twice_exchanged: usize = 4, "count", "two laws in the place of each of two, or three in that of one";
     /// effects of one block, at most, with one to spare
     most_effects: usize = 5, "count", "judgement";
     /// below this factor of the noise floor no pair is looked for whose effects gain nothing one by one

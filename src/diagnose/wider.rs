@@ -1,10 +1,10 @@
-//! Wider: where the sets that grew leave a rotor's error plainly above its noise, the way to the right one leads over effects that
-//! gain nothing alone. A rotor's fits are quick, so more sets are fitted then.
+//! Wider: where the sets that grew leave an error plainly above its noise, the way to the right one leads over effects that gain
+//! nothing alone, so more sets are fitted then.
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::model_selection::{loss, same_set};
-use super::parallel::run_promising;
+use super::model_selection::{loss, over_floors, over_white_floors, same_set};
+use super::parallel::{run_all, run_promising};
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Model;
@@ -21,9 +21,6 @@ impl Search<'_> {
         let is_unexplained = |fits: &[CandidateFit]| {
             over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor
         };
-        if !split.train.is_rotor() {
-            return;
-        }
         for depth in [1, 2] {
             if !is_unexplained(fits) {
                 return;
@@ -48,6 +45,24 @@ impl Search<'_> {
         }
     }
 
+    /// The answer fitted at once from where its effects start: the way on which it grew may have ended in another valley.
+    pub(crate) fn fit_jointly(
+        &self,
+        split: &DataSplit,
+        base: &[String],
+        refitted: &CandidateFit,
+        fits: &mut Vec<CandidateFit>,
+    ) {
+        let answer = self.grow_answer(split, refitted, fits);
+        if answer.effects.len() > 1 && over_white_floors(split, &answer) > THRESHOLDS.done_at_floor {
+            fits.extend(run_all(
+                &[self.candidate(&refitted.model, &answer.effects, base)],
+                split,
+                self.progress,
+            ));
+        }
+    }
+
     /// The sets that have another effect in the place of one of `best`, none that is known, and what to fit them from.
     fn one_exchanged(&self, best: &CandidateFit, fits: &[CandidateFit]) -> Vec<(Model, Vec<String>)> {
         let without = |id: &String| {
@@ -59,15 +74,6 @@ impl Search<'_> {
         };
         best.effects.iter().flat_map(without).collect()
     }
-}
-
-/// How many times the noise a set leaves of what it was fitted on, or of what was held out: the more of both. Noise
-/// with a memory counts as noise here, as in the verdict: no effect is looked for in it.
-fn over_floors(split: &DataSplit, fitted: &CandidateFit) -> f64 {
-    let inertia = fitted.model.body.inertia;
-    let train = split.train.floors(&fitted.fit.residuals, inertia)[0];
-    let held_out = split.validate.floors(&fitted.held_out.residuals, inertia)[0];
-    (fitted.channel_error(split, 0, false) / train).max(fitted.channel_error(split, 0, true) / held_out)
 }
 
 /// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.

@@ -83,11 +83,13 @@ pub struct FitConfig {
     pub goal: Option<f64>,
     /// Whether a step that went as predicted may be followed by another one without derivatives of its own.
     pub reuses_slopes: bool,
+    /// Whether units that leave much at the end are fitted by themselves, and the fit goes on from there.
+    pub rescues_units: bool,
 }
 
 impl Default for FitConfig {
     fn default() -> Self {
-        Self { iterations: 40, tolerance: 1e-7, goal: None, reuses_slopes: false }
+        Self { iterations: 40, tolerance: 1e-7, goal: None, reuses_slopes: false, rescues_units: true }
     }
 }
 

@@ -46,6 +46,7 @@ pub mod third_differences;
 pub mod thresholds;
 pub(crate) mod two_poles;
 pub mod unit_fit;
+mod unit_rescue;
 mod unit_slopes;
 pub(crate) mod unknown_instants;
 pub mod variable_projection;

@@ -16,6 +16,7 @@ pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
 use super::thresholds::THRESHOLDS;
 use super::unit_fit;
+use super::unit_rescue;
 use crate::cancel;
 use crate::threads::spread;
 
@@ -37,38 +38,18 @@ pub fn fit_from(
         return (fit, Slopes::default());
     }
     let mut search = Search::start(problem, free, locals);
-    let mut damping = 1e-4;
-    let (mut iterations, mut slow, mut on) = (0, 0, 0);
     let counts = |slopes: &Slopes| slopes.counting(&search.residuals, free.len(), problem.locals());
-    let mut normal = match slopes.and_then(counts) {
+    let normal = match slopes.and_then(counts) {
         Some(slopes) => search.assembled(slopes),
         None => search.normal(None),
     };
-    while iterations < config.iterations {
-        // Other derivatives, or none to follow: a shorter step is not what is wanting.
-        let may_shorten = on == 0 && normal.leads_on();
-        let step = search.descend(&normal, &mut damping, may_shorten, (&mut iterations, config.iterations));
-        let fall = step.as_ref().map(|step| step.fall);
-        slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };
-        if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| search.cost > goal) {
-            break;
-        }
-        // A step that is short because it was held back says nothing about how far the valley goes on.
-        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < THRESHOLDS.held_back);
-        if (is_there && !(on > 0 && fall.is_none())) || iterations >= config.iterations {
-            break;
-        }
-        let next = step
-            .filter(|step| config.reuses_slopes && on < THRESHOLDS.reused_steps && step.went_as_predicted());
-        on = if next.is_some() { on + 1 } else { 0 };
-        normal = match next {
-            Some(step) => {
-                // The step was the last to swap the residuals.
-                let residuals = (search.scratch.as_slice(), search.residuals.as_slice());
-                search.assembled(normal.updated((&step.globals, &step.locals), residuals, search.units()))
-            }
-            None => search.normal(Some(normal)),
-        };
+    let mut iterations = 0;
+    let mut normal = search.go_on(normal, config, &mut iterations);
+    if config.rescues_units && search.rescue_units() {
+        let mut more = 0;
+        let from = search.normal(None);
+        normal = search.go_on(from, config, &mut more);
+        iterations += more;
     }
     search.finish(iterations, normal)
 }
@@ -83,7 +64,8 @@ pub fn validate_from(problem: &dyn OutputError, globals: &[f64], from: Option<(&
     let held: Vec<Free> =
         globals.iter().map(|value| Free { start: *value, bounds: (*value, *value), scale: 1.0 }).collect();
     // Locals enter almost linearly: a few steps suffice.
-    let config = FitConfig { iterations: 6, tolerance: 1e-6, goal: None, reuses_slopes: false };
+    let config =
+        FitConfig { iterations: 6, tolerance: 1e-6, goal: None, reuses_slopes: false, rescues_units: true };
     let (locals, slopes) = from.map_or((None, None), |(locals, slopes)| (Some(locals), Some(slopes)));
     fit_from(problem, &held, locals, &config, slopes).0
 }
@@ -146,6 +128,56 @@ impl<'a> Search<'a> {
         let cost = sum_of_squares(&residuals);
         let scratch = vec![0.0; residuals.len()];
         Self { problem, free, globals, locals, residuals, cost, scratch, whole }
+    }
+
+    /// Steps until they lead no further; the derivatives of the end.
+    fn go_on(&mut self, mut normal: Normal, config: &FitConfig, iterations: &mut usize) -> Normal {
+        let mut damping = 1e-4;
+        let (mut slow, mut on) = (0, 0);
+        while *iterations < config.iterations {
+            // Other derivatives, or none to follow: a shorter step is not what is wanting.
+            let may_shorten = on == 0 && normal.leads_on();
+            let step = self.descend(&normal, &mut damping, may_shorten, (iterations, config.iterations));
+            let fall = step.as_ref().map(|step| step.fall);
+            slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };
+            if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| self.cost > goal) {
+                break;
+            }
+            // A step that is short because it was held back says nothing about how far the valley goes on.
+            let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < THRESHOLDS.held_back);
+            if (is_there && !(on > 0 && fall.is_none())) || *iterations >= config.iterations {
+                break;
+            }
+            let next = step.filter(|step| {
+                config.reuses_slopes && on < THRESHOLDS.reused_steps && step.went_as_predicted()
+            });
+            on = if next.is_some() { on + 1 } else { 0 };
+            normal = match next {
+                Some(step) => {
+                    // The step was the last to swap the residuals.
+                    let residuals = (self.scratch.as_slice(), self.residuals.as_slice());
+                    self.assembled(normal.updated((&step.globals, &step.locals), residuals, self.units()))
+                }
+                None => self.normal(Some(normal)),
+            };
+        }
+        normal
+    }
+
+    /// Fits units by themselves that leave much; whether that helped.
+    fn rescue_units(&mut self) -> bool {
+        let of_units = |units: &[Range<usize>]| -> (Vec<f64>, Vec<usize>) {
+            units.iter().map(|unit| (sum_of_squares(&self.residuals[unit.clone()]), unit.len())).unzip()
+        };
+        let (squares, lengths) = of_units(self.units());
+        let mut locals = self.locals.clone();
+        if !unit_rescue::rescue(self.problem, &self.globals, &mut locals, (&squares, &lengths)) {
+            return false;
+        }
+        self.locals = locals;
+        simulate(self.problem, (&self.globals, &self.locals), &mut self.whole, &mut self.residuals);
+        self.cost = sum_of_squares(&self.residuals);
+        true
     }
 
     /// A step that lowers the cost, with more damping each time that one does not, where it `may_shorten`; counts the steps tried

@@ -115,6 +115,18 @@ crate::thresholds! {
     ridge: f64 = 1e-9, "-", "judgement";
     /// evaluations of a golden-section search behind the first two
     golden_steps: usize = 16, "count", "the bracket shrinks to 5e-4 of its width";
+    /// times what most units of a fit leave, from which one is fitted by itself
+    stuck_unit: f64 = 2.0, "-", "80 readings of noise leave 1 ± 0.16";
+    /// share of the units, at most, that are fitted by themselves: where more leave much, it is the law
+    most_stuck: f64 = 0.1, "-", "judgement";
+    /// damping of the first step of a unit by itself
+    rescue_damping: f64 = 1e-3, "-", "as usual (Marquardt 1963)";
+    /// steps of a unit by itself, at most
+    rescue_steps: usize = 20, "count", "judgement";
+    /// share of a unit's squares by which a step must lower them for another one to follow
+    rescue_tolerance: f64 = 1e-3, "-", "judgement";
+    /// share of a unit's squares that must go for the fit of all to go on
+    rescued: f64 = 0.1, "-", "judgement";
     /// damping at which a step of a fit is so short that no descent is left
     most_damping: f64 = 1e10, "-", "judgement";
     /// steps of the search for a pole, at most

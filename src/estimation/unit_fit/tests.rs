@@ -94,7 +94,7 @@ const FREE: [Free; 2] = [
     Free { start: 3.0, bounds: (0.1, 50.0), scale: 1.0 },
 ];
 const TO_THE_END: FitConfig =
-    FitConfig { iterations: 60, tolerance: 1e-12, goal: None, reuses_slopes: false };
+    FitConfig { iterations: 60, tolerance: 1e-12, goal: None, reuses_slopes: false, rescues_units: true };
 
 fn differ(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| (a - b).abs() / b.abs().max(1e-3)).fold(0.0, f64::max)
