@@ -71,11 +71,13 @@ pub fn page(rooms: &[(&str, &[Threshold])], used_in: impl Fn(&str, &str) -> Stri
         );
         for it in *table {
             let decides = it.decides.trim().replace('|', "\\|");
+            // A long value stands on several lines in the code.
+            let value = it.value.split_whitespace().collect::<Vec<&str>>().join(" ");
             let _ = writeln!(
                 page,
                 "| `{}` | {} | {} | {} | {} | {} |",
                 it.name,
-                it.value,
+                value,
                 it.unit,
                 decides,
                 it.calibrated,

@@ -7,6 +7,7 @@ use super::trace::{MeasuredSignal, SampleRows, Trace};
 use crate::estimation::slope::centred_slope_noise;
 use crate::log::Dataset;
 use crate::model::LagInverse;
+use crate::signal::columns::{BODY_RATE, PROPELLER_RATES};
 
 /// A block that was run, before it is scored.
 pub(crate) struct BlockRun {
@@ -44,6 +45,12 @@ pub(crate) enum NoisePath {
     Slope(usize),
 }
 
+/// [-] by how much more noise stays in a slope over a channel of which only one row in so many holds a reading.
+pub(crate) fn thinned(log: &Dataset, name: &str) -> f64 {
+    let there = log.column(name).unwrap_or(&[]).iter().filter(|value| value.is_finite()).count();
+    (log.len() as f64 / there.max(1) as f64).sqrt()
+}
+
 /// How much noisier than a reading is what is behind a sensor that lags.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BehindSensors {
@@ -54,11 +61,13 @@ pub(crate) struct BehindSensors {
 }
 
 impl BehindSensors {
-    /// Behind these, over rows `interval` [s] apart.
-    pub(crate) fn of(gyroscope: &LagInverse, telemetry: &LagInverse, interval: f64) -> Self {
-        let start = (gyroscope.lag_s * centred_slope_noise(gyroscope.half, interval)).hypot(1.0);
-        // What a slope adds, summed up over time, are the readings around the ends.
-        let rotors_s = telemetry.lag_s / (2.0 * telemetry.half as f64 + 1.0).sqrt();
+    /// Behind gyroscope and telemetry, in a log of which each row may hold a reading, or few do.
+    pub(crate) fn of((gyroscope, telemetry): (&LagInverse, &LagInverse), log: &Dataset) -> Self {
+        let slope_noise = centred_slope_noise(gyroscope.half, log.median_interval());
+        let start = (gyroscope.lag_s * slope_noise * thinned(log, BODY_RATE)).hypot(1.0);
+        // What a slope adds, summed up over time, are the readings around both ends.
+        let seldom = PROPELLER_RATES.map(|rates| thinned(log, rates)).into_iter().fold(1.0, f64::max);
+        let rotors_s = telemetry.lag_s * seldom / (2.0 * telemetry.half as f64 + 1.0).sqrt();
         Self { start, rotors_s }
     }
 }
@@ -193,8 +202,11 @@ mod tests {
         let equations = model.equations().expect("binds");
         let (gyroscope, telemetry) = (equations.gyroscope_inverse(0.01), equations.telemetry_inverse(0.01));
         assert!((gyroscope.lag_s - 0.04).abs() < 2e-4, "{gyroscope:?}");
-        let behind = BehindSensors::of(&gyroscope, &telemetry, 0.01);
         let time: Vec<f64> = (0..40).map(|row| 0.01 * f64::from(row)).collect();
+        let everywhere =
+            [BODY_RATE, PROPELLER_RATES[0], PROPELLER_RATES[1]].map(|name| (name, vec![0.0; 40]));
+        let log = Dataset::made(time.clone(), everywhere);
+        let behind = BehindSensors::of((&gyroscope, &telemetry), &log);
         let one: Vec<f64> = (0..40).map(|row| if row == 20 { 1.0 } else { 0.0 }).collect();
         let rate = |row: usize| {
             let shown = (time[row], 0.0, one[row]);
@@ -214,7 +226,7 @@ mod tests {
         let power: f64 = sums.sum();
         // A window of straight weights holds 5/6 to 6/5 of a mean's noise.
         assert!((power.sqrt() / behind.rotors_s - 1.0).abs() < 0.2, "{} {}", power.sqrt(), behind.rotors_s);
-        let none = BehindSensors::of(&LagInverse::NONE, &LagInverse::NONE, 0.01);
+        let none = BehindSensors::of((&LagInverse::NONE, &LagInverse::NONE), &log);
         assert_eq!((none.start, none.rotors_s), (1.0, 0.0));
     }
 }

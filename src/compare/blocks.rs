@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::body_drive::{BodyDrive, body_inputs, commanded};
+use super::body_drive::{BodyDrive, body_inputs, commanded, true_rates};
 use super::body_windows::body;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
@@ -176,7 +176,8 @@ fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: u
     let still = || Cow::Owned(vec![0.0; log.len()]);
     let angle = driving(BODY_ANGLE).unwrap_or_else(still);
     let body_rate = driving(BODY_RATE).unwrap_or_else(still);
-    let rate = readings::bridged(log.time(), rate);
+    let telemetry = equations.telemetry_inverse(log.median_interval());
+    let rate = true_rates(equations, &telemetry, log, readings::bridged(log.time(), rate));
     let at = |rate: f64, row: usize| equations.rotor_thrust(rate, side(rotor), angle[row], body_rate[row]);
     let middle = rate.iter().copied().filter(|rate| rate.is_finite()).sum::<f64>()
         / rate.iter().filter(|rate| rate.is_finite()).count() as f64;

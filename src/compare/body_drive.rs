@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::estimation::slope::{centred_slopes, forward_slopes};
+use crate::estimation::slope::{finite_slope, forward_slopes};
 use crate::log::segments::held_throughout;
 use crate::log::{Cells, Dataset};
-use crate::model::{BodyInput, Equations, RotorInput, RotorStart, RotorTrace};
+use crate::model::{BodyInput, Equations, LagInverse, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::columns::{
     BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMANDS, PROPELLER_RATES, TORQUE_COMMAND,
@@ -65,6 +65,18 @@ fn with_memory(
     stretches
 }
 
+/// [rad/s] what a rotor did of which these are the readings, not-a-number where there is none.
+pub(crate) fn true_rates<'a>(
+    equations: &Equations,
+    telemetry: &LagInverse,
+    log: &Dataset,
+    readings: Cow<'a, [f64]>,
+) -> Cow<'a, [f64]> {
+    equations.rates_behind(telemetry, readings, |readings, half| {
+        (0..readings.len()).map(|row| finite_slope(log.time(), readings, row, half)).collect()
+    })
+}
+
 fn by_rates(
     equations: &Equations,
     log: &Dataset,
@@ -73,10 +85,7 @@ fn by_rates(
     let telemetry = equations.telemetry_inverse(log.median_interval());
     let rates = PROPELLER_RATES.map(|name| {
         let rates = readings::carried(log.time(), log.column(name).unwrap_or_default());
-        equations.rates_behind(&telemetry, rates, |rates, half| {
-            let [slopes] = centred_slopes(log.time(), [rates], half);
-            slopes
-        })
+        true_rates(equations, &telemetry, log, rates)
     });
     match stretches {
         // Mostly all of the log: nothing to copy.

@@ -8,7 +8,7 @@ use super::block_run::{BehindSensors, BlockRun, NoisePath};
 use super::body_drive::BodyDrive;
 use super::run::RunMode;
 use crate::cancel;
-use crate::estimation::slope::centred_slope;
+use crate::estimation::slope::finite_slope;
 use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyTrace, Equations, LagInverse};
@@ -31,7 +31,7 @@ pub(crate) fn body(
     let rotors = driven.by.first() == Some(&PROPELLER_RATES[0]);
     let interval = log.median_interval();
     let gyroscope = equations.gyroscope_inverse(interval);
-    let behind = BehindSensors::of(&gyroscope, &equations.telemetry_inverse(interval), interval);
+    let behind = BehindSensors::of((&gyroscope, &equations.telemetry_inverse(interval)), log);
     let [start_rate, start_angle] =
         [Some(shown), shown_angle].map(|shown| shown.map(|shown| readings::bridged(log.time(), shown)));
     let starts = Starts { equations, gyroscope, rate: start_rate.unwrap_or_default(), angle: start_angle };
@@ -89,7 +89,7 @@ impl Starts<'_> {
         let shown = (time[row], angle, readings[row]);
         let start = self
             .equations
-            .start_behind(&self.gyroscope, shown, |half| centred_slope(time, readings, row, half));
+            .start_behind(&self.gyroscope, shown, |half| finite_slope(time, readings, row, half));
         trace.rate.clear();
         trace.angle.clear();
         self.equations.simulate_body(input, window.start, window.end, &start, trace);

@@ -51,12 +51,6 @@ fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
     })
 }
 
-/// [-] by how much more noise stays in a slope over a channel of which only one row in so many holds a reading.
-pub(crate) fn thinned(log: &Dataset, name: &str) -> f64 {
-    let there = log.column(name).unwrap_or(&[]).iter().filter(|value| value.is_finite()).count();
-    (log.len() as f64 / there.max(1) as f64).sqrt()
-}
-
 /// [rad/s] what noise of gyroscope [rad/s] and angle [rad] leaves after the slopes.
 pub(crate) fn noise(half: usize, interval: f64, gyro: f64, angle: f64) -> f64 {
     // The weights on the rate are a parabola over the window, whose squares integrate to 3 / (5 reach).

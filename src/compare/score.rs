@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::block_run::{BlockRun, NoisePath};
+use super::block_run::{BlockRun, NoisePath, thinned};
 use super::dependence::at_rows;
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
@@ -171,17 +171,19 @@ impl BlockRun {
             NoisePath::Window { rotors, angle, behind } => {
                 let kick = if rotors { rotor_noise(model, noise) } else { 0.0 };
                 let walk = kick * kick * interval * horizon;
-                let start = (behind.start * gyro).hypot(behind.rotors_s * kick);
+                // Of what lags the rate now counts as the rate at the start does.
+                let (start, end) = (behind.start * gyro, behind.rotors_s * kick);
                 let variance = if angle {
-                    2.0 * sensor * sensor + (start * horizon).powi(2) / 3.0 + walk * horizon * horizon / 12.0
+                    let start = start.hypot(end) * horizon;
+                    2.0 * sensor * sensor + start * start / 3.0 + walk * horizon * horizon / 12.0
                 } else {
-                    sensor * sensor + start * start + walk / 2.0
+                    sensor * sensor + start * start + 2.0 * end * end + walk / 2.0
                 };
                 variance.sqrt()
             }
             NoisePath::Slope(half) => {
                 let [gyro, angle] = [(BODY_RATE, gyro), (BODY_ANGLE, noise.of(BODY_ANGLE))]
-                    .map(|(name, noise)| noise * gyro_block::thinned(log, name));
+                    .map(|(name, noise)| noise * thinned(log, name));
                 gyro_block::noise(half, interval, gyro, angle)
             }
         }

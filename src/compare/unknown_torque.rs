@@ -20,7 +20,7 @@ use super::{CompareConfig, CompareError};
 use crate::effect::Site;
 use crate::estimation::kalman_smoother::{Belief, LinearSystem, Measurement, Transition, likelihood, smooth};
 use crate::estimation::moments::rms_of_finite;
-use crate::estimation::slope::centred_slope;
+use crate::estimation::slope::finite_slope;
 use crate::log::Cells;
 use crate::model::{BodyInput, Equations, LagInverse, Model, ModelError};
 use crate::screening::{ScreenedLog, readings};
@@ -105,7 +105,7 @@ pub(crate) fn estimate(
     let readings = readings::bridged(log.time(), rate);
     let interval = log.median_interval();
     let gyroscope = equations.gyroscope_inverse(interval);
-    let behind = BehindSensors::of(&gyroscope, &LagInverse::NONE, interval);
+    let behind = BehindSensors::of((&gyroscope, &LagInverse::NONE), log);
     let parts: Vec<TorqueInput> = driven
         .stretches
         .iter()
@@ -199,7 +199,7 @@ fn torque_input<'a>(
         }
         let shown = (input.time[row], newest_angle, rate[row]);
         let start =
-            equations.start_behind(gyroscope, shown, |half| centred_slope(&input.time, readings, row, half));
+            equations.start_behind(gyroscope, shown, |half| finite_slope(&input.time, readings, row, half));
         let turned = start.rate;
         if turned.is_finite() {
             newest_rate = turned;

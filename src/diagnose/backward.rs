@@ -2,7 +2,7 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::model_selection::{improves, indistinguishable, same_set};
+use super::model_selection::{improves, indistinguishable, loss, same_set};
 use super::parallel::run_promising;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
@@ -82,13 +82,15 @@ impl Search<'_> {
             return Vec::new();
         }
         let admitted = self.admitted();
+        // A set that is confused with the answer and was fitted on a longer way may have ended elsewhere.
+        let limit = (1.0 + THRESHOLDS.least_gain) * loss(split, best);
         let mut models = Vec::new();
         for id in &best.effects {
             for other in admitted.iter().filter(|other| self.are_confused(id, &other.id)) {
                 let exchanged = |kept: &String| if kept == id { other.id.clone() } else { kept.clone() };
                 let set: Vec<String> = best.effects.iter().map(exchanged).collect();
                 let is_new = !best.effects.contains(&other.id)
-                    && !fits.iter().any(|fitted| same_set(&fitted.effects, &set));
+                    && !fits.iter().any(|it| same_set(&it.effects, &set) && loss(split, it) <= limit);
                 if is_new {
                     models.push((best.model.without(id), set));
                 }
@@ -110,6 +112,7 @@ impl Search<'_> {
         let near = indistinguishable(split, best, fits, self.known);
         let exchanged: Vec<(&CandidateFit, &String, &String)> = near
             .iter()
+            .take(THRESHOLDS.near_exchanged)
             .filter_map(|other| exchange(&best.effects, &other.effects).map(|(out, by)| (other, out, by)))
             .collect();
         let mut sets: Vec<(Model, Vec<String>)> = Vec::new();

@@ -7,7 +7,7 @@ use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::mean;
 use crate::estimation::scattered::scattered;
-use crate::estimation::slope::{beside_a_line, centred_slope};
+use crate::estimation::slope::{beside_a_line, finite_slope};
 use crate::estimation::windows;
 use crate::log::Cells;
 use crate::log::segments::held_throughout;
@@ -101,7 +101,7 @@ impl BodyRun {
         let (time, row) = (&self.input.time[..], self.windows[window].start);
         let [angle, rate] = self.starts[window];
         let shown = (time.get(row).copied().unwrap_or(0.0), angle, rate);
-        equations.start_behind(gyroscope, shown, |half| centred_slope(time, &self.path().rate, row, half))
+        equations.start_behind(gyroscope, shown, |half| finite_slope(time, &self.path().rate, row, half))
     }
 
     /// How the body went.

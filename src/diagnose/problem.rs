@@ -195,22 +195,21 @@ impl OutputError for Problem<'_> {
 struct BodyUnits<'a> {
     problem: &'a Problem<'a>,
     equations: Equations,
-    gyroscope: LagInverse,
-    /// Each with its inputs, where the model delays or lags them, and its first window.
-    runs: Vec<(&'a BodyRun, Option<BodyInput>, usize)>,
+    /// Each with its inputs, where the model delays or lags them, how late its gyroscope is, and its first window.
+    runs: Vec<(&'a BodyRun, Option<BodyInput>, LagInverse, usize)>,
 }
 
 impl<'a> BodyUnits<'a> {
     fn new(problem: &'a Problem<'a>, equations: Equations, runs: &'a [BodyRun]) -> Self {
         let mut first = 0;
-        let gyroscope = runs.first().map_or(LagInverse::NONE, |run| run.gyroscope_inverse(&equations));
         let runs = runs.iter().map(|run| {
-            let own = (run, body_block::input_under(&equations, run), first);
+            let own =
+                (run, body_block::input_under(&equations, run), run.gyroscope_inverse(&equations), first);
             first += run.windows.len();
             own
         });
         let runs = runs.collect();
-        Self { problem, equations, gyroscope, runs }
+        Self { problem, equations, runs }
     }
 }
 
@@ -222,13 +221,13 @@ impl UnitResiduals for BodyUnits<'_> {
         for (place, unit) in units.enumerate() {
             cancel::check();
             let run = self.runs.partition_point(|(.., first)| *first <= unit).saturating_sub(1);
-            let Some((run, under, first)) = self.runs.get(run) else { return };
+            let Some((run, under, gyroscope, first)) = self.runs.get(run) else { return };
             let rows = &data.units()[unit];
             let out = &mut out[rows.start - start..rows.end - start];
             let own = locals.get(place * count..(place + 1) * count).unwrap_or(&[]);
             let run = (*run, under.as_ref().unwrap_or(&run.input));
             body_block::window_residuals(
-                (&self.equations, &self.gyroscope),
+                (&self.equations, gyroscope),
                 run,
                 unit - first,
                 own,

@@ -156,7 +156,7 @@ impl Search<'_> {
             let joint = self.candidate(&refitted.model, ids, base_names).run(split);
             best = if joint.fit.cost < best.fit.cost { joint } else { best };
         }
-        if ids.len() > 1 && over_white_floors(split, &best) > THRESHOLDS.done_at_floor {
+        if ids.len() > 1 && over_white_floors(split, &best) > THRESHOLDS.at_floor {
             let ordered = self.in_best_order(refitted, ids, base_names, split);
             best = if ordered.fit.cost < best.fit.cost { ordered } else { best };
         }

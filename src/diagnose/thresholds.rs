@@ -148,8 +148,10 @@ crate::thresholds! {
     exchange_candidates: (usize, usize) = (16, 6), "count", "times of sets of three of tools/campaign";
     /// by so many times another weight of rate to angle is one for which sets are fitted again
     other_weights: f64 = 1.25, "-", "judgement";
-    /// sets that are fitted again under other weights, at most, best first
-    most_reweighed: usize = 12, "count", "times of sets of three of tools/campaign";
+    /// sets of each size that are fitted again under other weights, at most, best first; of those larger than the answer a few
+    most_reweighed: (usize, usize) = (12, 4), "count", "times of sets of three of tools/campaign";
+    /// indistinguishable sets, nearest first, whose exchanges are made two at once
+    near_exchanged: usize = 6, "count", "judgement";
     /// sets with two effects of the answer exchanged that are fitted to the end
     twice_exchanged: usize = 4, "count", "two laws in the place of each of two, or three in that of one";
     /// effects of one block, at most, with one to spare

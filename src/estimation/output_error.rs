@@ -45,7 +45,8 @@ pub fn fit_from(
     };
     let mut iterations = 0;
     let mut normal = search.go_on(normal, config, &mut iterations);
-    if config.rescues_units && search.rescue_units() {
+    let is_given_up = config.goal.is_some_and(|goal| search.cost > goal);
+    if config.rescues_units && !is_given_up && search.rescue_units() {
         let mut more = 0;
         let from = search.normal(None);
         normal = search.go_on(from, config, &mut more);

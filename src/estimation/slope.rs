@@ -73,6 +73,16 @@ pub fn centred_slope(time: &[f64], values: &[f64], row: usize, half: usize) -> f
     slope(&time[around.clone()], &values[around]).0
 }
 
+/// [unit/s] the same over the readings that are there; zero of fewer than two.
+#[must_use]
+pub fn finite_slope(time: &[f64], values: &[f64], row: usize, half: usize) -> f64 {
+    let around = row.saturating_sub(half)..(row + half + 1).min(values.len());
+    let is_there = |at: &usize| values[*at].is_finite();
+    let (times, there): (Vec<f64>, Vec<f64>) =
+        around.filter(is_there).map(|at| (time[at], values[at])).unzip();
+    if there.len() < 2 { 0.0 } else { slope(&times, &there).0 }
+}
+
 /// [unit/s] noise of a slope through `half` samples to both sides, `interval` [s] apart, of readings with a noise of one unit.
 #[must_use]
 pub fn centred_slope_noise(half: usize, interval: f64) -> f64 {

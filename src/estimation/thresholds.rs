@@ -125,8 +125,8 @@ crate::thresholds! {
     rescue_steps: usize = 20, "count", "judgement";
     /// share of a unit's squares by which a step must lower them for another one to follow
     rescue_tolerance: f64 = 1e-3, "-", "judgement";
-    /// share of a unit's squares that must go for the fit of all to go on
-    rescued: f64 = 0.1, "-", "judgement";
+    /// share of all squares that units by themselves must take off for the fit of all to go on
+    rescued: f64 = 1e-3, "-", "judgement: a hundred times `full_fit`'s tolerance";
     /// damping at which a step of a fit is so short that no descent is left
     most_damping: f64 = 1e10, "-", "judgement";
     /// steps of the search for a pole, at most

@@ -14,6 +14,7 @@ use super::fit_problem::{Fit, FitConfig, Free, LOCAL_STEP, OutputError, UnitResi
 use super::measured_rows::Residuals;
 use super::normal_equations::{Normal, Slopes, errors_of, longest_cluster, sum_of_squares};
 use super::thresholds::THRESHOLDS;
+use super::unit_rescue;
 use super::unit_slopes::{UnitSlopes, local_step, moved_local, quotients};
 use crate::cancel;
 use crate::threads::spread_out;
@@ -37,12 +38,14 @@ pub(super) fn fit(
         locals.filter(|given| given.len() == count).map_or_else(|| vec![0.0; count], <[f64]>::to_vec);
     let fit = UnitFit { problem, free };
     let from = Place { globals, locals };
-    Some(if free.iter().any(Free::is_free) {
-        drop(at);
-        fit.all(from, config)
-    } else {
-        fit.locals(from, at.as_ref(), config)
-    })
+    let is_any_free = free.iter().any(Free::is_free);
+    let at = (!is_any_free).then_some(at);
+    let fitted = |from: Place| match &at {
+        None => fit.all(from, config),
+        Some(at) => fit.locals(from, at.as_ref(), config),
+    };
+    let found = fitted(from);
+    Some(fit.rescued(&found, config).map_or(found, fitted))
 }
 
 /// Residuals of which no more than the least is kept.
@@ -138,6 +141,22 @@ impl UnitFit<'_> {
         }
         let standard_errors = self.standard_errors(&linear, &moved, &kept);
         self.fit(now, (cost, iterations), standard_errors, kept)
+    }
+
+    /// Where a fit goes on once units that left much were fitted by themselves; `None` where none did.
+    fn rescued(&self, found: &Fit, config: &FitConfig) -> Option<Place> {
+        if !config.rescues_units || config.goal.is_some_and(|goal| found.cost > goal) {
+            return None;
+        }
+        let left = found.residuals.measured();
+        let of_unit = |unit: usize| {
+            let places = self.places(&(unit..unit + 1));
+            (sum_of_squares(&left[places.clone()]), places.len())
+        };
+        let (squares, lengths): (Vec<f64>, Vec<usize>) = (0..self.problem.units().len()).map(of_unit).unzip();
+        let (globals, mut locals) = (found.globals.clone(), found.locals.clone());
+        unit_rescue::rescue(self.problem, &globals, &mut locals, (&squares, &lengths))
+            .then_some(Place { globals, locals })
     }
 
     /// Fits the locals of every unit, the globals held: of a few units as long as their cost falls.

@@ -1,6 +1,5 @@
-//! Units whose own numbers stand in a wrong valley, found a way out one by one: a step of all units together is taken or
-//! refused for all of them. Where a body comes to rest, dry friction makes two valleys of a start a little too fast
-//! and a little too slow.
+//! Units whose own numbers stand in a wrong local minimum, fitted one by one: a step of all units together is taken or refused for all
+//! of them. Where a body comes to rest, dry friction makes two local minima of a start a little too fast and a little too slow.
 
 use std::ops::Range;
 
@@ -29,7 +28,8 @@ fn stuck(squares: &[f64], lengths: &[usize]) -> Vec<usize> {
     counted
 }
 
-/// Fits the locals of units that leave much by themselves, from where they are and from none; whether that lowered the cost.
+/// Fits the locals of units that leave much by themselves, from where they are and from zero; whether that lowered the cost
+/// of all by a share that counts.
 /// `squares` and `lengths` are the units' own.
 pub(super) fn rescue(
     problem: &dyn OutputError,
@@ -56,14 +56,14 @@ pub(super) fn rescue(
         let ends = [now.to_vec(), vec![0.0; count]].map(|start| descended(&residuals, start, &steps));
         ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
     });
-    let mut is_better = false;
+    let mut fall = 0.0;
     for (unit, end) in units.into_iter().zip(found) {
         if let Some((cost, end)) = end.filter(|(cost, _)| *cost < squares[unit]) {
-            is_better |= cost < squares[unit] * (1.0 - THRESHOLDS.rescued);
+            fall += squares[unit] - cost;
             locals[own(unit, count)].copy_from_slice(&end);
         }
     }
-    is_better
+    fall > THRESHOLDS.rescued * squares.iter().sum::<f64>()
 }
 
 fn own(unit: usize, count: usize) -> Range<usize> {
@@ -90,8 +90,9 @@ fn descended(residuals: &dyn Fn(&[f64]) -> Vec<f64>, mut locals: Vec<f64>, steps
         let mut next = None;
         while next.is_none() && damping < THRESHOLDS.most_damping {
             let gram = DMatrix::from_fn(locals.len(), locals.len(), |row, column| {
-                let held = if row == column { 1.0 + damping } else { 1.0 };
-                held * dot(&columns[row], &columns[column])
+                let product = dot(&columns[row], &columns[column]);
+                // A local that shows nowhere stays where it is.
+                if row == column { (1.0 + damping) * product + f64::MIN_POSITIVE } else { product }
             });
             let change = gram.lu().solve(&gradient);
             let moved = change.map(|change| locals.iter().zip(&change).map(|(a, b)| a - b).collect());
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn units_in_a_wrong_valley_find_out_of_it() {
+    fn units_in_a_wrong_local_minimum_are_led_out_of_it() {
         let noise: f64 = 60.0 * (0..20).map(|row| (0.01 * (7.0 * f64::from(row)).sin()).powi(2)).sum::<f64>();
         let (stuck, found) = (fitted(3, false), fitted(3, true));
         assert!(stuck.cost > 5.0 * noise, "else this shows nothing: {}", stuck.cost / noise);

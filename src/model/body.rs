@@ -109,7 +109,8 @@ impl Equations {
         trace: &mut BodyTrace,
     ) {
         let (mut angle, mut rate) = (start.angle, start.rate);
-        let at_start = Point { body_rate: rate, body_angle: angle, ..self.constants };
+        let time = input.time.get(from).copied().unwrap_or(0.0);
+        let at_start = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
         let mut sensor = self.settled(&at_start).map(|state| state + start.sensor);
         let mut held = self.constants;
         let (mut stride, mut row) = (BodyStride::of(self, to.saturating_sub(from)), from);

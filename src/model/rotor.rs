@@ -284,9 +284,13 @@ impl Equations {
             point.propeller_rate = state.rate;
         }
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
-            if let Some(memory) = hook.memory() {
-                *memory_state = memory.steady_state(&point);
-            }
+            point.propeller_rate += match hook.memory() {
+                Some(memory) => {
+                    *memory_state = memory.steady_state(&point);
+                    memory.add(*memory_state, &point)
+                }
+                None => hook.add(&point),
+            };
         }
         state
     }
@@ -368,7 +372,7 @@ impl Equations {
         self.rotor_sensor.iter().any(|hook| hook.memory().is_some())
     }
 
-    /// [rad/s] what telemetry shows at the end of a ramp of the rotor's rate [rad/s].
+    /// [rad/s] what telemetry shows at the end of these rates of a rotor [rad/s], of which the first had lasted.
     pub(super) fn shown_of_ramp(&self, time: &[f64], rates: &[f64]) -> f64 {
         let mut point = self.constants;
         let mut state =

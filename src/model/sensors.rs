@@ -13,8 +13,12 @@ const SENSOR_STEP: f64 = 1.4e-3;
 /// [s] to each side over which the slope of a lagging reading is taken: at 100 Hz it adds about its own noise to that of a sensor
 /// that lags by 30 ms.
 const SLOPE_REACH_S: f64 = 0.02;
-/// [s] rows of a ramp, and how many: a sensor that lags by more than a third of it is none.
-const RAMP: (f64, usize) = (0.01, 200);
+/// Rows of a slope to each side, at most: of a quick log a part of the reach will do.
+const MOST_SLOPE_ROWS: f64 = 100.0;
+/// [s] rows of a ramp, and how many: a lag of 1 s is known to 1 in 3,000 at its end.
+const RAMP: (f64, usize) = (0.02, 400);
+/// [rad/s] where the ramp of a rotor ends: laws of a user's own may not be straight lines, and are straight enough near it.
+const RAMP_END: f64 = 500.0;
 
 /// The way back from what a sensor with a memory shows: reading and lag times its slope. Exact for a first-order lag.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,12 +33,20 @@ impl LagInverse {
     /// Of a sensor without a memory.
     pub const NONE: Self = Self { lag_s: 0.0, half: 1 };
 
-    /// Of the sensor that shows `reading` at the end of a ramp that rises by one a second, over rows `interval` [s] apart.
-    fn of_ramp(interval: f64, reading: impl FnOnce(&[f64]) -> f64) -> Self {
-        let ramp: Vec<f64> = (0..RAMP.1).map(|row| RAMP.0 * row as f64).collect();
-        let lag_s = ramp.last().map_or(0.0, |end| end - reading(&ramp));
-        let half = (SLOPE_REACH_S / interval.max(1e-9)).round().clamp(1.0, 1e6) as usize;
-        if lag_s.is_finite() && lag_s.abs() > 1e-9 { Self { lag_s, half } } else { Self::NONE }
+    /// Of the sensor that shows `shown` at the end of a ramp that rises by one a second to `end` [rad/s], and `settled` of a rate that
+    /// has lasted; over rows `interval` [s] apart.
+    fn of_ramp(
+        interval: f64,
+        end: f64,
+        settled: impl Fn(f64) -> f64,
+        shown: impl FnOnce(&[f64], &[f64]) -> f64,
+    ) -> Self {
+        let time: Vec<f64> = (0..RAMP.1).map(|row| RAMP.0 * row as f64).collect();
+        let last = time.last().copied().unwrap_or(0.0);
+        let ramp: Vec<f64> = time.iter().map(|at| end + at - last).collect();
+        let late = (settled(end) - shown(&time, &ramp)) / (settled(end + 1.0) - settled(end));
+        let half = (SLOPE_REACH_S / interval.max(1e-9)).round().clamp(1.0, MOST_SLOPE_ROWS) as usize;
+        if late.is_finite() && late.abs() > 1e-9 { Self { lag_s: late, half } } else { Self::NONE }
     }
 }
 
@@ -113,9 +125,10 @@ impl Equations {
         if !self.rate_sensor.iter().any(|hook| hook.memory().is_some()) {
             return LagInverse::NONE;
         }
-        LagInverse::of_ramp(interval, |ramp| {
-            let shown = self.gyroscope(ramp, ramp, &vec![0.0; ramp.len()]);
-            shown.last().map_or(f64::NAN, |shown| self.without_static_laws(*shown, 0.0, 0.0))
+        let last = RAMP.0 * (RAMP.1 - 1) as f64;
+        let settled = |rate: f64| self.settled_reading(rate, 0.0, last);
+        LagInverse::of_ramp(interval, 0.0, settled, |time, ramp| {
+            self.gyroscope(time, ramp, &vec![0.0; time.len()]).last().copied().unwrap_or(f64::NAN)
         })
     }
 
@@ -139,15 +152,17 @@ impl Equations {
         BodyStart { angle, rate: self.without_static_laws(reading + late, angle, time), sensor: -late }
     }
 
-    /// [rad/s] the rate that a gyroscope at rest on it would show as `reading`: its laws are straight lines.
+    /// [rad/s] the rate of which the gyroscope would show `reading` once it has lasted: its laws are as good as straight lines.
     fn without_static_laws(&self, reading: f64, angle: f64, time: f64) -> f64 {
-        let shown = |rate: f64| {
-            let here = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
-            self.sensed_rate(rate, angle, time, &self.settled(&here))
-        };
-        let offset = shown(0.0);
-        let slope = shown(1.0) - offset;
+        let offset = self.settled_reading(0.0, angle, time);
+        let slope = self.settled_reading(1.0, angle, time) - offset;
         if slope.abs() > 1e-6 { (reading - offset) / slope } else { reading }
+    }
+
+    /// [rad/s] what the gyroscope shows of a rate that has lasted.
+    fn settled_reading(&self, rate: f64, angle: f64, time: f64) -> f64 {
+        let here = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
+        self.sensed_rate(rate, angle, time, &self.settled(&here))
     }
 
     /// What the gyroscope's memories hold when a rate has lasted.
@@ -171,7 +186,8 @@ impl Equations {
         if !self.senses_rotor_late() {
             return LagInverse::NONE;
         }
-        LagInverse::of_ramp(interval, |ramp| self.shown_of_ramp(ramp, ramp))
+        let settled = |rate: f64| self.shown_of_ramp(&[0.0], &[rate]);
+        LagInverse::of_ramp(interval, RAMP_END, settled, |time, ramp| self.shown_of_ramp(time, ramp))
     }
 
     /// [rad/s] what a rotor did of which telemetry without gaps shows `readings` [rad/s]; `slopes` tells how these rise [rad/s²], over

@@ -99,6 +99,40 @@ fn behind_a_sensor_of_which_the_model_knows_nothing_is_missing() {
     }
 }
 
+/// A hole in the readings of a sensor that lags costs the rows in it, and none behind it.
+#[test]
+fn behind_a_hole_of_a_sensor_that_lags_everything_goes_on() {
+    let hidden = Hidden { telemetry_lag: 40.0, gyro_lag: 30.0, ..Hidden::nothing() };
+    let whole = made(Kind::Attitude, &hidden, 12);
+    let mut model = Model::paper();
+    for (id, number, pole) in
+        [("gyro_lag", "gyro_lag.pole", 30.0), ("telemetry_lag", "telemetry_lag.pole", 40.0)]
+    {
+        model = model.with(&model.effect(id).expect("known"));
+        model.set_parameter(number, pole);
+    }
+    for holed in ["propeller_rate_1_rad_s", "body_rate_rad_s"] {
+        let mut log = Dataset::new("holed.csv", "", whole.time().to_vec()).expect("time rises");
+        for name in whole.names() {
+            let mut values = whole.column(name).expect("listed").to_vec();
+            if name == holed {
+                values[1000..1040].fill(f64::NAN);
+            }
+            log.insert(name, values).expect("fits");
+        }
+        let comparison =
+            compare(std::slice::from_ref(&model), &ScreenedLog::of(&log), &CompareConfig::default())
+                .expect("comparable")
+                .remove(0);
+        let body = comparison.blocks.iter().find(|block| block.name == "body").expect("it is driven");
+        // The windows of 0.3 s that the hole cuts into, and their starts.
+        assert!(body.samples + 40 + 4 * 30 > log.len() - log.len() / 30, "{holed}: {} samples", body.samples);
+        assert!(body.error.is_noise(), "{holed}: {}", body.error.over_floor());
+        let torque = comparison.unknown_torque.as_ref().expect("a body rate is measured");
+        assert!(torque.rms.is_finite() && torque.mean.is_finite(), "{holed}: {torque:?}");
+    }
+}
+
 #[test]
 fn the_unknown_torque_is_the_hidden_one() {
     let pendulum = Hidden { gravity_pendulum: [0.3, 0.1], ..Hidden::nothing() };

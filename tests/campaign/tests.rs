@@ -236,7 +236,7 @@ fn effects_that_gain_nothing_one_by_one_are_found() {
     assert_eq!(found_of_three(Kind::Actuator, ids, 77_001_353_003_411), ids);
 }
 
-/// Where the body comes to rest, dry friction makes two valleys of a window's start: from the reading of a gyroscope that lags
+/// Where the body comes to rest, dry friction makes two local minima of a window's start: from the reading of a gyroscope that lags
 /// behind it by a tenth of what it turns the fit ends in the wrong one, here and there.
 #[test]
 fn dry_friction_is_found_beside_a_gyroscope_that_lags() {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use crate::effect::Site;
 use crate::model::*;
 
 /// Rows of 100 Hz on which a body swings by itself.
@@ -55,6 +56,42 @@ fn the_rate_behind_a_gyroscope_is_the_body_s() {
             let mut trace = BodyTrace::default();
             equations.simulate_body(&input, row, row + 1, &start, &mut trace);
             assert!((trace.rate[0] - shown[row]).abs() < 1e-9, "{count} laws, {row}: {}", trace.rate[0]);
+        }
+    }
+}
+
+/// The lag is the same whatever else a sensor does: an offset, a drift, a bend.
+#[test]
+fn a_law_beside_a_lag_does_not_change_it() {
+    for (site, law, lag) in [
+        (Site::RotorRateSensor, "-5", "telemetry_lag.pole"),
+        (Site::RotorRateSensor, "0.02*propeller_rate", "telemetry_lag.pole"),
+        (Site::BodyRateSensor, "0.05*time_s", "gyro_lag.pole"),
+        (Site::BodyRateSensor, "0.1*body_rate^2", "gyro_lag.pole"),
+    ] {
+        for pole in [1.5, 25.0] {
+            let mut model = Model::paper();
+            model.user_effects.push(UserEffect {
+                id: "mine".to_owned(),
+                site,
+                expression: law.to_owned(),
+                parameters: Vec::new(),
+                meaning: String::new(),
+            });
+            let (id, _) = lag.split_once('.').expect("of an effect");
+            for id in ["mine", id] {
+                model = model.with(&model.effect(id).expect("known"));
+            }
+            model.set_parameter(lag, pole);
+            let equations = model.equations().expect("binds");
+            let found = if site == Site::BodyRateSensor {
+                equations.gyroscope_inverse(0.01)
+            } else {
+                equations.telemetry_inverse(0.01)
+            };
+            // A law of the square bends the ramp by as much as the lag is long.
+            let most = if law.contains('^') { 0.05 } else { 0.02 };
+            assert!((found.lag_s * pole - 1.0).abs() < most, "{law}, {pole}: {found:?}");
         }
     }
 }
