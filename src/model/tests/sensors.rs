@@ -66,8 +66,8 @@ fn a_law_beside_a_lag_does_not_change_it() {
     for (site, law, lag) in [
         (Site::RotorRateSensor, "-5", "telemetry_lag.pole"),
         (Site::RotorRateSensor, "0.02*propeller_rate", "telemetry_lag.pole"),
-        (Site::BodyRateSensor, "0.05*time_s", "gyro_lag.pole"),
-        (Site::BodyRateSensor, "0.1*body_rate^2", "gyro_lag.pole"),
+        (Site::BodyRateSensor, "0.01*time_s", "gyro_lag.pole"),
+        (Site::BodyRateSensor, "0.002*body_rate^2", "gyro_lag.pole"),
     ] {
         for pole in [1.5, 25.0] {
             let mut model = Model::paper();
@@ -89,8 +89,8 @@ fn a_law_beside_a_lag_does_not_change_it() {
             } else {
                 equations.telemetry_inverse(0.01)
             };
-            // A law of the square bends the ramp by as much as the lag is long.
-            let most = if law.contains('^') { 0.05 } else { 0.02 };
+            // What comes before the lag is late, too: a drift adds a hundredth of the lag, the square a quarter of that.
+            let most = 0.02;
             assert!((found.lag_s * pole - 1.0).abs() < most, "{law}, {pole}: {found:?}");
         }
     }
