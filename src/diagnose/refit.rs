@@ -7,6 +7,7 @@ use super::data_split::DataSplit;
 use super::model_selection::{over_white_floors, weigh_channels};
 use super::parallel::run_all;
 use super::problem::Problem;
+use super::reweigh::weigh_anew;
 use super::search_result::SearchResult;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
@@ -119,6 +120,11 @@ impl Search<'_> {
         let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);
         let first = first.into_model();
+        if !ids.is_empty() {
+            // As the search on the part did.
+            let answer = self.as_found(&near.answer, ids, split);
+            weigh_anew(split, &answer);
+        }
         let nominal = self.candidate(self.base, &[], &[]).run(split);
         let refitted = self.candidate(&first, &[], &base_names).run_near(split);
         let best = if ids.is_empty() {

@@ -37,10 +37,7 @@ impl Search<'_> {
             return found;
         }
         let mut split = found.split.clone();
-        weigh_channels(&mut split, best);
-        let between = |split: &DataSplit| split.train.sigma[0] / split.train.sigma[1];
-        let turned = between(&split) / between(&found.split);
-        if turned.max(1.0 / turned) < THRESHOLDS.other_weights {
+        if !weigh_anew(&mut split, best) {
             return found;
         }
         let own = found.split.clone();
@@ -73,6 +70,19 @@ impl Search<'_> {
         let bases = (nominal.clone(), refitted.clone());
         Found { bases, split, fits, ..found }
     }
+}
+
+/// Weighs rate and angle by what `best` leaves of them, where that is another weight of the one to the other; whether it is.
+pub(crate) fn weigh_anew(split: &mut DataSplit, best: &CandidateFit) -> bool {
+    let before = split.train.sigma;
+    weigh_channels(split, best);
+    let between = |sigma: [f64; 2]| sigma[0] / sigma[1];
+    let turned = between(split.train.sigma) / between(before);
+    let is_other = split.train.channels().len() > 1 && turned.max(1.0 / turned) >= THRESHOLDS.other_weights;
+    if !is_other {
+        split.set_sigma(before);
+    }
+    is_other
 }
 
 /// Of sets, best first, those that are fitted again: every single effect, many as large as the answer, a few of those beyond it; and
