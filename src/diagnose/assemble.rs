@@ -35,7 +35,12 @@ pub(crate) fn conclude(
     let changed_parameters = changed_parameters(model, blocks, verdicts);
     let inertia = changed_parameters.iter().find(|changed| changed.is_inertia());
     let in_degrees = inertia.and_then(|inertia| inertia_in_degrees(inertia.from, inertia.to));
-    let (alternatives, alternative_errors): (Vec<_>, Vec<_>) = alternatives(blocks).into_iter().unzip();
+    let (mut alternatives, mut alternative_errors): (Vec<_>, Vec<_>) =
+        alternatives(blocks).into_iter().unzip();
+    let nearest = alternatives.len().min(THRESHOLDS.most_alternatives);
+    let mut further_alternatives = alternatives.split_off(nearest);
+    further_alternatives.truncate(THRESHOLDS.most_further_alternatives);
+    alternative_errors.truncate(nearest);
     let next_experiment = next_experiment(&effects, &alternatives);
     Diagnosis {
         verdict,
@@ -53,6 +58,7 @@ pub(crate) fn conclude(
             .any(|body| body.driven_by() == DrivenBy::TorqueCommand),
         turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,
+        further_alternatives,
         alternative_errors,
         effects,
         model: extended,
@@ -191,7 +197,6 @@ fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str
             sets.push((set.collect(), (error, found.split.train.channels()[channel].unit)));
         }
     }
-    sets.truncate(THRESHOLDS.most_alternatives);
     sets
 }
 

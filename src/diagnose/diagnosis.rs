@@ -176,8 +176,10 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The whole set that is missing, in the order added.
     pub effects: Vec<String>,
-    /// Sets that the data cannot tell from it.
+    /// Sets that the data cannot tell from it, nearest first.
     pub alternatives: Vec<Vec<String>>,
+    /// More such sets, further away.
+    pub further_alternatives: Vec<Vec<String>>,
     /// Base parameters that have changed.
     pub changed_parameters: Vec<ChangedParameter>,
     /// Parameters of the effects, by `effect.parameter`.
@@ -211,9 +213,12 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// This answer of all rows, with what the search on a part of them tried.
     pub(super) fn searched_on(self, part: Self, findings: Vec<Finding>) -> Self {
-        let Self { alternatives, alternative_errors, candidates, next_experiment, .. } = part;
+        let Self {
+            alternatives, further_alternatives, alternative_errors, candidates, next_experiment, ..
+        } = part;
         Self {
             alternatives,
+            further_alternatives,
             alternative_errors,
             candidates,
             next_experiment,

@@ -24,12 +24,15 @@ impl BlockContext<'_> {
         mut body: SearchResult,
     ) -> Result<SearchResult, DiagnoseError> {
         let own = senses_rotors(&rotor.answer);
-        let others: Vec<CandidateFit> =
-            rotor.alternatives.iter().take(THRESHOLDS.most_alternatives).cloned().collect();
+        let others = rotor.alternatives.clone();
         let mut kept = Vec::new();
-        for other in others {
+        for (place, other) in others.into_iter().enumerate() {
             if senses_rotors(&other) == own {
                 kept.push(other);
+                continue;
+            }
+            // Each of the others asks for a body of its own.
+            if place >= THRESHOLDS.most_alternatives {
                 continue;
             }
             // Numbers that moved for nothing would drive the body with their noise.

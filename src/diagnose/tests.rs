@@ -76,6 +76,7 @@ impl Diagnosis {
             verdict,
             effects: effects.iter().map(|id| (*id).to_owned()).collect(),
             alternatives: Vec::new(),
+            further_alternatives: Vec::new(),
             changed_parameters: Vec::new(),
             parameters: BTreeMap::new(),
             error: ErrorSummary::of_rotor([17.7, 39.3, 9.626]),

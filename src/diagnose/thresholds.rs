@@ -168,6 +168,8 @@ crate::thresholds! {
     hopeless_single: f64 = 4.0, "-", "development cases of tools/campaign";
     /// indistinguishable sets named beside the answer
     most_alternatives: usize = 2, "count", "judgement";
+    /// indistinguishable sets listed after those
+    most_further_alternatives: usize = 4, "count", "three laws in the place of one effect, two in that of another";
     /// held-out squared error must fall by this share for one more effect: less is no law
     least_gain: f64 = 0.03, "-", "development cases of tools/campaign";
     /// a smaller share will do where the fall is very consistent and the fitted data gain much

@@ -92,7 +92,7 @@ pub fn headline(found: &Discovery, mark: &str) -> String {
             } else {
                 format!(" What is extended below has {named}, the best of the catalogue.")
             };
-            format!("Something is missing, and no function of what was logged explains it.{best}")
+            format!("Something is missing, and no function of the signals that laws know explains it.{best}")
         }
         LawVerdict::Catalogue | LawVerdict::Diagnosed(Verdict::Adequate) => {
             format!("No law is to be discovered. {}", catalogue(found, mark))
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn what_the_extended_error_is_of_is_said() {
         let said = |effects: &[&str]| headline(&of_catalogue(Diagnosis::of(Verdict::Unknown, effects)), "`");
-        let begin = "Something is missing, and no function of what was logged explains it.";
+        let begin = "Something is missing, and no function of the signals that laws know explains it.";
         assert_eq!(said(&[]), begin);
         assert_eq!(
             said(&["transport_delay"]),

@@ -137,7 +137,10 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     let not_held_out = not_held_out.map(|finding| {
         format!("Not held out: {mark}{}{mark} was fitted, too: {}.", finding.log, text_of(finding))
     });
-    not_held_out.chain(judged).chain(whose_delay).chain(others).collect()
+    let further: Vec<String> =
+        diagnosis.further_alternatives.iter().map(|set| format!("{mark}{}{mark}", set.join(" + "))).collect();
+    let further = (!further.is_empty()).then(|| format!("Nor from {}.", further.join(", or ")));
+    not_held_out.chain(judged).chain(whose_delay).chain(others).chain(further).collect()
 }
 
 /// Whether a delay is the rotor's, as the first log says that says it.
@@ -274,6 +277,8 @@ mod tests {
             ["These data cannot tell it from `torque_bias + body_drag` (held out 0.0123 rad)."],
             "{lines:?}"
         );
+        said.further_alternatives = vec![vec!["ground_effect".to_owned()], vec!["gyro_bias".to_owned()]];
+        assert_eq!(beneath(&said, "")[1..], ["Nor from ground_effect, or gyro_bias."]);
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(super) fn of_diagnosis(it: &Diagnosis, next: &[NextStep]) -> Value {
         "sentence": verdict::sentence(it, "").replace('`', ""),
         "is_of_other_bench": verdict::is_of_other_bench(it),
         "effects": it.effects,
-        "alternatives": it.alternatives,
+        "alternatives": it.alternatives.iter().chain(&it.further_alternatives).collect::<Vec<_>>(),
         "error": it.error,
         "unit": it.error.unit,
         "candidates": it.candidates.iter().map(candidate).collect::<Vec<_>>(),

@@ -52,6 +52,8 @@ pub struct Judged {
     pub seconds: f64,
     /// Of the effects that the answer names how many are there, and how many it names.
     pub named: (usize, usize),
+    /// The right set is among those listed after the alternatives that may count.
+    pub is_further: bool,
 }
 
 /// What follows the id of an effect beside which a small one is hidden.
@@ -85,6 +87,7 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
             .and_then(|by_effect| by_effect.values().filter_map(Value::as_f64).reduce(f64::min)),
         seconds: answer.seconds,
         named: (0, 0),
+        is_further: false,
     };
     match &answer.json {
         Err(reason) => judged.said = reason.clone(),
@@ -92,6 +95,8 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
             judged.said = said(json);
             let named = set_of(&json["effects"]);
             judged.named = (named.iter().filter(|id| wanted.contains(id)).count(), named.len());
+            let mut further = json["further_alternatives"].as_array().into_iter().flatten();
+            judged.is_further = further.any(|set| set_of(set) == wanted);
             judged.mark = mark(effect, &wanted, json);
             judged.over_floor = over_floor(json);
             (judged.parameters, judged.parameter_text) = parameters(&wanted, truth, json);
@@ -365,6 +370,12 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
         out.push_str(&format!(
             "| three effects, elsewhere: of the named ones true ≥ 95 % | {} | {all} | |\n",
             per_cent(true_ones, all)
+        ));
+        let further = wrong.iter().filter(|case| case.is_further).count();
+        out.push_str(&format!(
+            "| three effects, elsewhere: the right set among those listed further down | {} | {} | |\n",
+            per_cent(further, wrong.len()),
+            wrong.len()
         ));
     }
     let named: Vec<&Judged> =

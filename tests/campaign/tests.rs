@@ -128,6 +128,17 @@ fn answer(verdict: &str, effects: &[&str], alternatives: &[&[&str]], changed: &[
 }
 
 #[test]
+fn a_set_listed_further_down_is_counted_apart_and_not_as_right() {
+    let mut answer = answer("missing_effect", &["a"], &[&["b"], &["c"]], &[]);
+    if let Ok(json) = &mut answer.json {
+        json["further_alternatives"] = json!([["cable_stiffness"]]);
+    }
+    let judged = |effect: &str| judge("case", &json!({"effect": effect, "parameters": {}}), &answer);
+    assert_eq!((judged("cable_stiffness").mark, judged("cable_stiffness").is_further), (Mark::Wrong, true));
+    assert!(!judged("gyro_bias").is_further);
+}
+
+#[test]
 fn the_judge_cannot_be_flattered() {
     let mark = |effect: &str, said: Answer| {
         judge("case", &json!({"effect": effect, "bench": "attitude", "parameters": {}}), &said).mark
