@@ -215,8 +215,7 @@ pub(crate) fn indistinguishable(
     });
     let mut near: Vec<CandidateFit> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
     near.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
-    near.dedup_by(|a, b| same_set(&a.effects, &b.effects));
-    near
+    best_of_each(split, near)
 }
 
 /// Of the fits of one set, on several ways to it, the one that leaves least.
