@@ -35,12 +35,8 @@ pub(crate) fn conclude(
     let changed_parameters = changed_parameters(model, blocks, verdicts);
     let inertia = changed_parameters.iter().find(|changed| changed.is_inertia());
     let in_degrees = inertia.and_then(|inertia| inertia_in_degrees(inertia.from, inertia.to));
-    let (mut alternatives, mut alternative_errors): (Vec<_>, Vec<_>) =
-        alternatives(blocks).into_iter().unzip();
-    let nearest = alternatives.len().min(THRESHOLDS.most_alternatives);
-    let mut further_alternatives = alternatives.split_off(nearest);
-    further_alternatives.truncate(THRESHOLDS.most_further_alternatives);
-    alternative_errors.truncate(nearest);
+    let (nearest, further_alternatives) = alternatives(blocks);
+    let (alternatives, alternative_errors): (Vec<_>, Vec<_>) = nearest.into_iter().unzip();
     let next_experiment = next_experiment(&effects, &alternatives);
     Diagnosis {
         verdict,
@@ -183,10 +179,12 @@ fn rung(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> LadderSt
     }
 }
 
-/// Sets that the data cannot tell from the answer: one block's set exchanged for another; and the held-out error of that block
-/// with it, and its unit.
-fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str))> {
-    let mut sets = Vec::new();
+/// A set, the held-out error of the block that it is another one of, and its unit.
+type WithError = (Vec<String>, (f64, &'static str));
+
+/// Sets that the data cannot tell from the answer, one block's set exchanged for another: the nearest, and further ones.
+fn alternatives(blocks: &[SearchResult]) -> (Vec<WithError>, Vec<Vec<String>>) {
+    let mut nearest = Vec::new();
     for (index, found) in blocks.iter().enumerate() {
         for other in &found.alternatives {
             let set = blocks.iter().enumerate().flat_map(|(block, found)| {
@@ -194,10 +192,12 @@ fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str
             });
             let channel = main_channel(found);
             let error = other.channel_error(&found.split, channel, true);
-            sets.push((set.collect(), (error, found.split.train.channels()[channel].unit)));
+            nearest.push((set.collect(), (error, found.split.train.channels()[channel].unit)));
         }
     }
-    sets
+    let further = nearest.split_off(nearest.len().min(THRESHOLDS.most_alternatives));
+    let further = further.into_iter().take(THRESHOLDS.most_further_alternatives).map(|(set, _)| set);
+    (nearest, further.collect())
 }
 
 /// The candidates of a block; `named_effects` are those of all blocks.
@@ -276,4 +276,29 @@ fn next_experiment(effects: &[String], alternatives: &[Vec<String>]) -> Option<N
         separates: std::iter::once(effects.to_vec()).chain(alternatives.iter().cloned()).collect(),
         run: card.map_or_else(String::new, |card| card.experiment.to_owned()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate_fit::CandidateFit;
+    use super::super::tests::{ROWS, leaves, noise, split};
+    use super::*;
+
+    #[test]
+    fn of_many_sets_two_stand_with_their_errors_and_four_more_without() {
+        let set = |id: &str| {
+            let residuals = (0..ROWS).map(noise).collect();
+            CandidateFit { effects: vec![id.to_owned()], ..leaves(residuals) }
+        };
+        let mut found = SearchResult::of_one(split(), ["a", "b", "c"].map(set), Vec::new());
+        for (others, nearest, further) in [(0, 0, 0), (2, 2, 0), (3, 2, 1), (6, 2, 4), (9, 2, 4)] {
+            found.alternatives = (0..others).map(|number: usize| set(&number.to_string())).collect();
+            let (with_errors, without) = alternatives(std::slice::from_ref(&found));
+            assert_eq!((with_errors.len(), without.len()), (nearest, further), "{others}");
+            let sets: Vec<String> =
+                with_errors.iter().map(|it| &it.0).chain(&without).flatten().cloned().collect();
+            let expected: Vec<String> = (0..nearest + further).map(|number| number.to_string()).collect();
+            assert_eq!(sets, expected, "nearest first");
+        }
+    }
 }

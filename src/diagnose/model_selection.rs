@@ -289,6 +289,20 @@ mod tests {
         assert_eq!(shortfall(&split(), &exact, &after), Some(Unmet::NothingLeft));
     }
 
+    /// Fitted on two ways, with another one between them.
+    #[test]
+    fn a_set_that_the_data_cannot_tell_apart_is_listed_once() {
+        let set = |id: &str, more: f64| {
+            let residuals = (0..ROWS).map(|row| (1.0 + more) * noise(row)).collect();
+            CandidateFit { effects: vec![id.to_owned()], ..leaves(residuals) }
+        };
+        // Half a percent of the square is a quarter of one of the residual.
+        let fits = [set("b", 0.0005), set("far", 0.01), set("c", 0.001), set("b", 0.0015)];
+        let near = indistinguishable(&split(), &set("a", 0.0), &fits, &[]);
+        let ids: Vec<&str> = near.iter().map(|it| it.effects[0].as_str()).collect();
+        assert_eq!(ids, ["b", "c"]);
+    }
+
     #[test]
     fn a_trace_all_along_is_a_law() {
         // Of a pattern that no shift repeats.

@@ -108,7 +108,7 @@ mod tests {
     use super::super::tests::leaves;
     use super::*;
 
-    /// Larger sets always leave less: they must not crowd out those that the answer is told from.
+    /// Larger sets always leave less: they must not crowd out those that the answer is compared with.
     #[test]
     fn sets_as_large_as_the_answer_are_fitted_again_whatever_larger_ones_leave() {
         let of_size = |size: usize| CandidateFit { effects: vec![String::new(); size], ..leaves(vec![1.0]) };

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::with_law;
 use crate::effect::Site;
 use crate::model::*;
 
@@ -70,18 +71,9 @@ fn a_law_beside_a_lag_does_not_change_it() {
         (Site::BodyRateSensor, "0.002*body_rate^2", "gyro_lag.pole"),
     ] {
         for pole in [1.5, 25.0] {
-            let mut model = Model::paper();
-            model.user_effects.push(UserEffect {
-                id: "mine".to_owned(),
-                site,
-                expression: law.to_owned(),
-                parameters: Vec::new(),
-                meaning: String::new(),
-            });
+            let model = with_law(site, law);
             let (id, _) = lag.split_once('.').expect("of an effect");
-            for id in ["mine", id] {
-                model = model.with(&model.effect(id).expect("known"));
-            }
+            let mut model = model.with(&model.effect(id).expect("known"));
             model.set_parameter(lag, pole);
             let equations = model.equations().expect("binds");
             let found = if site == Site::BodyRateSensor {
