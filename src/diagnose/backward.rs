@@ -2,8 +2,9 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
+use super::looks::Looks;
 use super::model_selection::{improves, indistinguishable, loss, same_set};
-use super::parallel::run_promising;
+use super::parallel::{Finalists, run_promising};
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Model;
@@ -97,7 +98,12 @@ impl Search<'_> {
             }
         }
         let candidates = models.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
-        run_promising(&[candidates], (usize::MAX, usize::MAX), split, self.progress)
+        run_promising(
+            &[candidates],
+            Finalists::of((usize::MAX, usize::MAX)),
+            (split, &mut Looks::default()),
+            self.progress,
+        )
     }
 
     /// Where the data cannot tell one effect of the answer from another one, and a second one from a third, most often not both
@@ -133,7 +139,12 @@ impl Search<'_> {
             }
         }
         let candidates = sets.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
-        run_promising(&[candidates], (usize::MAX, THRESHOLDS.twice_exchanged), split, self.progress)
+        run_promising(
+            &[candidates],
+            Finalists::of((usize::MAX, THRESHOLDS.twice_exchanged)),
+            (split, &mut Looks::default()),
+            self.progress,
+        )
     }
 
     /// Whether the card of one of two effects says that it is confused with the other.

@@ -12,6 +12,7 @@ use crate::estimation::output_error::{Fit, FitConfig, Residuals, fit, fit_from, 
 use crate::model::Model;
 
 /// Starting points of a candidate, ranked by a first look.
+#[derive(Clone)]
 pub struct StartingPoints {
     template: Model,
     names: Vec<String>,
@@ -30,6 +31,12 @@ impl StartingPoints {
         self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
     }
 
+    /// Whether the cost is of all training data, where it is one of a brief fit.
+    #[must_use]
+    pub(crate) fn is_of_all_data(&self) -> bool {
+        !self.is_on_part
+    }
+
     /// The same, with the fit that follows to go as far as it can.
     pub(crate) fn with_full_fit(self) -> Self {
         Self { way: THRESHOLDS.full_fit, ..self }
@@ -45,6 +52,12 @@ impl StartingPoints {
         let limit = THRESHOLDS.second_start * self.starts.first().map_or(0.0, |(cost, _)| *cost);
         self.starts.iter().take(2).filter(move |(cost, _)| *cost <= limit)
     }
+}
+
+/// Whether a brief fit is of all data.
+#[must_use]
+pub fn fits_briefly_on_all(split: &DataSplit) -> bool {
+    split.train.is_rotor() && split.shortened().is_none()
 }
 
 impl Candidate<'_> {
@@ -107,7 +120,7 @@ impl Candidate<'_> {
         split: &DataSplit,
         goal: Option<f64>,
     ) -> StartingPoints {
-        let on_all = split.train.is_rotor() && split.shortened().is_none();
+        let on_all = fits_briefly_on_all(split);
         let (data, goal) = match &split.coarse {
             _ if on_all => (&split.train, self.without.map(|cost| THRESHOLDS.promising_share * cost)),
             Some(coarse) => (coarse, goal),

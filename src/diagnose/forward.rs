@@ -3,8 +3,9 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
+use super::looks::Looks;
 use super::model_selection::{improves, is_identifiable, over_floor, same_set};
-use super::parallel::run_promising;
+use super::parallel::{Finalists, run_promising};
 use super::progress::SearchEvent;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
@@ -18,7 +19,7 @@ impl Search<'_> {
         split: &DataSplit,
         base: &[String],
         refitted: &CandidateFit,
-        fits: &mut Vec<CandidateFit>,
+        (fits, looks): (&mut Vec<CandidateFit>, &mut Looks),
     ) {
         let mut before = refitted.clone();
         let mut left = f64::INFINITY;
@@ -52,7 +53,7 @@ impl Search<'_> {
             let front: Vec<CandidateFit> = front.iter().take(beam_width).map(|it| (*it).clone()).collect();
             let groups = self.one_deeper(&front, fits, base);
             let most = if depth == 1 { THRESHOLDS.pair_candidates } else { THRESHOLDS.set_candidates };
-            fits.extend(run_promising(&groups, most, split, self.progress));
+            fits.extend(run_promising(&groups, Finalists::of(most), (split, looks), self.progress));
             before = best;
         }
     }

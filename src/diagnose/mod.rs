@@ -24,6 +24,7 @@ mod extend;
 mod forward;
 mod grid_search;
 mod gyro_and_angle;
+mod looks;
 pub(crate) mod model_selection;
 mod model_uncertainty;
 pub mod multistart;

@@ -1,9 +1,10 @@
 //! Candidates fitted on every core.
 
-use super::candidate::StartingPoints;
+use super::candidate::{StartingPoints, fits_briefly_on_all};
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
+use super::looks::{LookDepth, Looks};
 use super::progress::SearchEvent;
 use super::thresholds::THRESHOLDS;
 use crate::threads::{spread, spread_out};
@@ -66,12 +67,30 @@ pub fn run_singles(
     })
 }
 
+/// How many candidates are fitted on.
+#[derive(Debug, Clone, Copy)]
+pub struct Finalists {
+    /// Of each group those fitted briefly.
+    pub most: usize,
+    /// Of all those fitted to the end.
+    pub finished: usize,
+    /// Cost on all training data beyond which none is fitted to the end.
+    pub limit: f64,
+}
+
+impl Finalists {
+    /// So many of each group briefly, and of all to the end.
+    pub fn of((most, finished): (usize, usize)) -> Self {
+        Self { most, finished, limit: f64::INFINITY }
+    }
+}
+
 /// Of the most promising `most` of each group of candidates, by a look at a part of the data, runs those `finished` to the end
-/// that are best when they have been fitted for a while.
+/// that are best when they have been fitted for a while. What `looks` knows is not done again.
 pub fn run_promising(
     groups: &[Vec<Candidate>],
-    (most, finished): (usize, usize),
-    split: &DataSplit,
+    Finalists { most, finished, limit }: Finalists,
+    (split, looks): (&DataSplit, &mut Looks),
     progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<CandidateFit> {
     let all: Vec<(usize, &Candidate)> = groups
@@ -79,7 +98,8 @@ pub fn run_promising(
         .enumerate()
         .flat_map(|(group, candidates)| candidates.iter().map(move |candidate| (group, candidate)))
         .collect();
-    let scored = spread(&all, |(_, candidate)| {
+    let candidates = all.iter().map(|(_, candidate)| (*candidate, ())).collect();
+    let scored = looks.of(candidates, LookDepth::Look, |candidate, ()| {
         progress(SearchEvent::Fitted);
         candidate.starting_points(split)
     });
@@ -90,15 +110,55 @@ pub fn run_promising(
         taken[*group] += 1;
         taken[*group] <= most
     });
-    let mut promising: Vec<(&Candidate, StartingPoints)> =
-        scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).collect();
-    let goal = promising.first().map_or(0.0, |(_, starting_points)| starting_points.cost());
-    promising = spread_out(promising, |(candidate, starting_points)| {
-        (candidate, candidate.fit_briefly(starting_points, split, Some(goal)))
-    });
+    let (candidates, scored): (Vec<&Candidate>, Vec<StartingPoints>) =
+        scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).unzip();
+    // A fit on all data does not ask for it.
+    let goal = scored.first().map(StartingPoints::cost).filter(|_| !fits_briefly_on_all(split));
+    let scored = candidates.iter().copied().zip(scored).collect();
+    let fitted =
+        looks.of(scored, LookDepth::BriefFit(goal.map(f64::to_bits)), |candidate, starting_points| {
+            candidate.fit_briefly(starting_points, split, goal)
+        });
+    let mut promising: Vec<(&Candidate, StartingPoints)> = candidates.into_iter().zip(fitted).collect();
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
+    promising
+        .retain(|(_, starting_points)| !(starting_points.is_of_all_data() && starting_points.cost() > limit));
     spread_out(promising, |(candidate, starting_points)| {
         reported(candidate.finish(starting_points, split), split, progress)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::split;
+    use super::*;
+    use crate::model::Model;
+
+    /// What is out of reach after a while is not fitted to the end.
+    #[test]
+    fn a_set_beyond_the_limit_is_not_fitted_to_the_end() {
+        let (model, split) = (Model::paper(), split());
+        let base = vec!["steady_rate_linear".to_owned()];
+        let candidate = Candidate {
+            from: &model,
+            nominal: &model,
+            effects: Vec::new(),
+            base,
+            known: &[],
+            without: Some(f64::INFINITY),
+        };
+        let cost = candidate.run(&split).fit.cost;
+        assert!(cost > 0.0, "a rotor that answers at once is none of the model");
+        for (share, fitted) in [(0.9, 0), (1.1, 1)] {
+            let finalists = Finalists { limit: share * cost, ..Finalists::of((1, 1)) };
+            let fits = run_promising(
+                &[vec![candidate.clone()]],
+                finalists,
+                (&split, &mut Looks::default()),
+                &|_: SearchEvent| (),
+            );
+            assert_eq!(fits.len(), fitted, "{share} of what it leaves");
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
+use super::looks::Looks;
 use super::model_selection::{best_of_each, indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
 use super::refusal::EffectRefusal;
@@ -34,8 +35,10 @@ impl Search<'_> {
         mut fits: Vec<CandidateFit>,
     ) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        self.grow_sets(&split, &base_names, &bases.1, &mut fits);
-        self.look_wider(&split, &base_names, &bases.1, &mut fits);
+        let mut looks = Looks::default();
+        self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+        self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+        drop(looks);
         self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
         fits = best_of_each(&split, fits);
         let best = self.grow_answer(&split, &bases.1, &fits);

@@ -140,6 +140,8 @@ crate::thresholds! {
     wide_beam: usize = 5, "count", "sets of three of tools/campaign";
     /// the same: candidates fitted briefly beside each of them, and fitted to the end beside all
     wide_candidates: (usize, usize) = (8, 16), "count", "times of sets of three of tools/campaign";
+    /// the same: those whose brief fit leaves so many times the squares that the best known set of as many effects leaves are not
+    wide_reach: f64 = 1.5, "-", "a fit to the end takes off up to a fifth: two real logs";
     /// how often one effect of the best three is exchanged for another
     most_exchanges: usize = 2, "count", "judgement: two wrong ones";
     /// beyond so many times the noise floor more than one effect of the best three is wrong

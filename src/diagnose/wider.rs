@@ -3,8 +3,9 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
+use super::looks::Looks;
 use super::model_selection::{loss, over_floors, over_white_floors, same_set};
-use super::parallel::{run_all, run_promising};
+use super::parallel::{Finalists, run_all, run_promising};
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Model;
@@ -16,7 +17,7 @@ impl Search<'_> {
         split: &DataSplit,
         base: &[String],
         refitted: &CandidateFit,
-        fits: &mut Vec<CandidateFit>,
+        (fits, looks): (&mut Vec<CandidateFit>, &mut Looks),
     ) {
         let is_unexplained = |fits: &[CandidateFit]| {
             over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor
@@ -27,7 +28,12 @@ impl Search<'_> {
             }
             let front = least(split, fits, depth, THRESHOLDS.wide_beam);
             let groups = self.one_deeper(&front, fits, base);
-            fits.extend(run_promising(&groups, THRESHOLDS.wide_candidates, split, self.progress));
+            let best = of_size(fits, depth + 1).map(|fitted| fitted.fit.cost).fold(f64::INFINITY, f64::min);
+            let finalists = Finalists {
+                limit: THRESHOLDS.wide_reach * best,
+                ..Finalists::of(THRESHOLDS.wide_candidates)
+            };
+            fits.extend(run_promising(&groups, finalists, (split, looks), self.progress));
         }
         for _ in 0..THRESHOLDS.most_exchanges {
             if !is_unexplained(fits) {
@@ -41,7 +47,12 @@ impl Search<'_> {
             };
             let exchanged = self.one_exchanged(best, fits);
             let candidates = exchanged.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
-            fits.extend(run_promising(&[candidates], THRESHOLDS.exchange_candidates, split, self.progress));
+            fits.extend(run_promising(
+                &[candidates],
+                Finalists::of(THRESHOLDS.exchange_candidates),
+                (split, looks),
+                self.progress,
+            ));
         }
     }
 
@@ -78,10 +89,14 @@ impl Search<'_> {
 
 /// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.
 fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) -> Vec<CandidateFit> {
-    let of_size = fits.iter().filter(|fitted| fitted.effects.len() == effects);
-    let mut sets: Vec<(f64, &CandidateFit)> = of_size.map(|fitted| (loss(split, fitted), fitted)).collect();
+    let mut sets: Vec<(f64, &CandidateFit)> =
+        of_size(fits, effects).map(|fitted| (loss(split, fitted), fitted)).collect();
     // What ran away leaves no number.
     sets.retain(|(loss, _)| loss.is_finite());
     sets.sort_by(|a, b| a.0.total_cmp(&b.0));
     sets.into_iter().take(most).map(|(_, fitted)| fitted.clone()).collect()
+}
+
+fn of_size(fits: &[CandidateFit], effects: usize) -> impl Iterator<Item = &CandidateFit> {
+    fits.iter().filter(move |fitted| fitted.effects.len() == effects)
 }

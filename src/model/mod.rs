@@ -28,6 +28,7 @@ mod measure;
 mod rotor;
 mod rotor_error;
 mod rotor_step;
+mod rotor_stride;
 mod rotor_trace;
 mod runge_kutta;
 mod sensors;

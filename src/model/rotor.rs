@@ -1,15 +1,12 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::Equations;
+use super::rotor_stride::Stride;
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
-use super::runge_kutta::{runge_kutta, step_weights};
+use super::runge_kutta::runge_kutta;
 use crate::cancel;
-use crate::effect::{Point, RowResponse, SAME_SPAN, step_response};
+use crate::effect::{Point, RowResponse, SAME_SPAN};
 
-/// A step of integration covers at most this share of the fastest time constant.
-const STEP_SHARE: f64 = 0.35;
-/// [s] a state that reaches its steady state within a step this short needs no finer one.
-const SHORTEST_STEP: f64 = 2.5e-3;
 /// Steps between two rows of a ramp.
 const RAMP_STEPS: usize = 8;
 
@@ -19,21 +16,6 @@ pub(super) struct RotorState {
     pub(super) rate: f64,
     pub(super) steady: [f64; MOST_STATES],
     pub(super) sensor: [f64; MOST_STATES],
-}
-
-/// How a span of held inputs is gone through: what all spans of one length have in common.
-#[derive(Clone, Copy)]
-pub(super) struct Stride {
-    /// [s] the span.
-    span: f64,
-    /// Steps of it.
-    count: usize,
-    /// [s] one of them.
-    step: f64,
-    /// Weights of the ways to z, see [`step_weights`].
-    weights: [f64; 3],
-    /// The step response of the lag after the whole span.
-    response: f64,
 }
 
 impl Equations {
@@ -81,7 +63,8 @@ impl Equations {
         let mut sensor = point;
         // A law without memory, one of the user's, may look at what changes from row to row.
         let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());
-        let mut stride = self.stride(0.0);
+        let fastest = self.fastest();
+        let mut stride = self.stride(0.0, fastest);
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
@@ -111,7 +94,7 @@ impl Equations {
                 let span = to - from;
                 // Rows of one interval share the exponential and the steps.
                 if (stride.span - span).abs() > SAME_SPAN * span {
-                    stride = self.stride(span);
+                    stride = self.stride(span, fastest);
                 }
                 let before = state.rate;
                 let gone = self.go_through(&mut state, &mut point, &stride, span);
@@ -238,25 +221,6 @@ impl Equations {
         point.steady_rate = self.constants.steady_rate;
         point.steady_rate = self.steady_rate_at(point, command, voltage);
         Some(())
-    }
-
-    /// How a span is gone through.
-    pub(super) fn stride(&self, span: f64) -> Stride {
-        let hooks = self.steady.iter().chain(&self.rotor_sensor);
-        let rates = hooks.filter_map(|hook| hook.memory().map(|memory| memory.rate()));
-        // The laws on the acceleration move the pole by a small factor at most.
-        let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
-        let fastest = rates.fold(pole, f64::max);
-        let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
-        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
-        let step = span / steps;
-        Stride {
-            span,
-            count: steps as usize,
-            step,
-            weights: step_weights(self.pole * step),
-            response: step_response(self.pole, span),
-        }
     }
 
     /// The steady state of everything at a held point, but for what the start says.

@@ -65,7 +65,7 @@ impl Member {
             state.has_begun = true;
         }
         if span > 0.0 {
-            let stride = equations.stride(span);
+            let stride = equations.stride(span, equations.fastest());
             equations.go_through(&mut state.rotor, &mut point, &stride, span);
             // A standing motor is not driven backwards by a weak battery.
             state.rotor.rate = state.rotor.rate.max(0.0);
