@@ -4,6 +4,7 @@ use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
+use super::grid_refine::{self, WithoutSlope};
 use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
@@ -209,28 +210,36 @@ impl Candidate<'_> {
         split: &DataSplit,
         best: &mut Fit,
     ) {
-        self.move_grid(problem, (index, names), split, best);
+        let model = problem.model(&best.globals);
+        let ahead = (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], &model));
+        let without_slope = WithoutSlope { grid: index, ahead: ahead.collect() };
+        self.move_grid(problem, (&without_slope, names), split, best);
         if self.from.parameter(name).is_some() {
             self.search_grid_again(problem, (name, names), split, best);
         }
-        grid_search::refine_with_error(problem, &split.train, index, best);
+        let moves = self.moves(names, &problem.model(&best.globals));
+        grid_refine::refine_with_error(problem, &split.train, &without_slope, &moves, best);
+    }
+
+    /// Places and sizes of the numbers that may move beside a grid.
+    fn moves(&self, names: &[String], model: &Model) -> Vec<(usize, f64)> {
+        let frees = self.frees(names, model);
+        let movable = (0..names.len()).filter(|at| !self.has_no_slope(&names[*at], model));
+        movable.map(|at| (at, frees[at].scale)).collect()
     }
 
     /// A grid, and the numbers beside it, moved in turns.
     fn move_grid(
         &self,
         problem: &Problem,
-        (index, names): (usize, &[String]),
+        (without_slope, names): (&WithoutSlope, &[String]),
         split: &DataSplit,
         best: &mut Fit,
     ) {
-        let frees = self.frees(names, &problem.model(&best.globals));
-        let is_movable = |at: &usize| !self.is_discontinuous(&names[*at]);
-        let moves: Vec<(usize, f64)> =
-            (0..names.len()).filter(is_movable).map(|at| (at, frees[at].scale)).collect();
+        let moves = self.moves(names, &problem.model(&best.globals));
         for _ in 0..THRESHOLDS.grid_rounds {
-            let before = (best.globals[index], best.cost);
-            grid_search::refine(problem, &split.train, index, &moves, best);
+            let before = (best.globals.clone(), best.cost);
+            grid_refine::refine(problem, &split.train, without_slope, &moves, best);
             let frees = self.frees(names, &problem.model(&best.globals));
             let again = fit(problem, &frees, Some(&best.locals), &THRESHOLDS.full_fit);
             let is_better = again.cost < before.1;
@@ -238,7 +247,7 @@ impl Candidate<'_> {
             if is_better {
                 *best = again;
             } else {
-                best.globals[index] = before.0;
+                best.globals = before.0;
             }
             if !gains_much {
                 return;
@@ -258,9 +267,11 @@ impl Candidate<'_> {
         let mut model = problem.model(&best.globals);
         let inside = self.inside(&model);
         let beside = self.beside_grid(names, &model);
-        let values = grid_search::values(&split.train, &model, name, parameter.bounds, (&inside, &beside));
-        if let Some(value) = values.first() {
-            model.set_parameter(name, *value);
+        let ahead = names.iter().find(|it| self.is_ahead_of_grid(it, &model)).map(String::as_str);
+        let named = (name, ahead);
+        let grids = grid_search::grids(&split.train, &model, named, parameter.bounds, (&inside, &beside));
+        if let Some(grid) = grids.first() {
+            grid.put_into(&mut model, named);
             let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &THRESHOLDS.full_fit);
             if again.cost < best.cost {
                 *best = again;
@@ -290,10 +301,12 @@ impl Candidate<'_> {
             let frees = self.frees(names, model);
             let (mut part, _) =
                 fit_from(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
-            for index in (0..names.len()).filter(|index| self.is_discontinuous(&names[*index])) {
-                grid_search::refine(&problem(train), train, index, &[], &mut part);
+            for grid in (0..names.len()).filter(|index| self.is_discontinuous(&names[*index])) {
+                let ahead = (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], model)).collect();
+                let without_slope = WithoutSlope { grid, ahead };
+                grid_refine::refine(&problem(train), train, &without_slope, &[], &mut part);
             }
-            self.reset_undetermined(&mut part, names);
+            self.reset_undetermined(&mut part, names, model);
             let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));
             let from = from.as_ref().map(|(locals, slopes)| (*locals, slopes));
             let held_out = validate_from(&problem(held_out), &part.globals, from);
@@ -307,8 +320,8 @@ impl Candidate<'_> {
 
     /// What the part's data do not determine stayed where all data had put it, the held-out ones among them: a level
     /// that is never seen must not tell where it is cut off. Such a parameter goes to where its effect is none.
-    fn reset_undetermined(&self, part: &mut Fit, names: &[String]) {
-        for (index, name) in names.iter().enumerate().filter(|(_, name)| !self.is_discontinuous(name)) {
+    fn reset_undetermined(&self, part: &mut Fit, names: &[String], model: &Model) {
+        for (index, name) in names.iter().enumerate().filter(|(_, name)| !self.has_no_slope(name, model)) {
             let neutral = self.parameter(name).map_or(f64::NAN, |parameter| parameter.neutral);
             if !part.standard_errors[index].is_finite() && neutral.is_finite() {
                 part.globals[index] = neutral;

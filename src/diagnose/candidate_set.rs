@@ -1,6 +1,6 @@
 //! A candidate set of effects: which numbers its fit may change, and how far.
 
-use super::grid_search::MovableNumber;
+use super::grid_cost::MovableNumber;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::output_error::Free;
@@ -57,9 +57,24 @@ impl Candidate<'_> {
         self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
     }
 
+    /// Whether a number has no slope: that of a law in jumps, or of a law that acts on what such a one then takes to its grid.
+    pub(crate) fn has_no_slope(&self, name: &str, model: &Model) -> bool {
+        self.is_discontinuous(name) || self.is_ahead_of_grid(name, model)
+    }
+
+    /// Whether a number is that of a law ahead of one in jumps, in a model that has them both.
+    pub(crate) fn is_ahead_of_grid(&self, name: &str, model: &Model) -> bool {
+        let id = name.split_once('.').map_or("", |(id, _)| id);
+        let inside = self.inside(model);
+        inside.iter().find(|effect| effect.id == id).is_some_and(|ahead| {
+            let mut grids = inside.iter().filter(|effect| matches!(effect.law, Law::PiecewiseConstant(_)));
+            grids.any(|grid| model.acts_before(ahead, grid))
+        })
+    }
+
     /// Of the numbers `names` of a model those that a fit may move beside a grid.
     pub(crate) fn beside_grid(&self, names: &[String], model: &Model) -> Vec<MovableNumber> {
-        let movable = names.iter().filter(|name| !self.is_discontinuous(name));
+        let movable = names.iter().filter(|name| !self.has_no_slope(name, model));
         movable
             .map(|name| MovableNumber { name: name.clone(), scale: self.free(model, name).scale })
             .collect()
@@ -70,8 +85,8 @@ impl Candidate<'_> {
         if !name.contains('.') {
             return base_free(name, start);
         }
-        // A law in jumps is held where it was found.
-        self.parameter(name).filter(|_| !self.is_discontinuous(name)).map_or(
+        // Without a slope it is held where it was found.
+        self.parameter(name).filter(|_| !self.has_no_slope(name, model)).map_or(
             Free { start, bounds: (start, start), scale: 1.0 },
             |parameter| Free { start, bounds: parameter.bounds, scale: typical(parameter) },
         )

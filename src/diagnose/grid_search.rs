@@ -2,35 +2,43 @@
 //! are found by looking at every value that could make a difference.
 
 use super::block_data::{BlockData, Runs};
+use super::grid_cost::{GridCost, MovableNumber};
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
-use crate::estimation::normal_equations::{orthonormal, remove, sum_of_squares};
-use crate::estimation::output_error::{Fit, OutputError, Residuals};
-use crate::estimation::pseudo_huber::pseudo_huber;
+use crate::estimation::normal_equations::sum_of_squares;
+use crate::estimation::output_error::{OutputError, Residuals};
 use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
 
-/// Share of its typical size by which a number is moved to see what it takes up.
-const SLOPE_STEP: f64 = 1e-4;
-
-/// A number that a fit may move beside a grid.
-#[derive(Debug, Clone)]
-pub(crate) struct MovableNumber {
-    /// What the model calls it.
-    pub name: String,
-    /// The size it typically has, in its unit.
-    pub scale: f64,
+/// A grid, and where a law ahead of it puts it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    /// [-] its step.
+    pub step: f64,
+    /// The number of that law; `None` without one.
+    pub ahead: Option<f64>,
 }
 
-/// Values of the parameter `name` of `template` from which a fit is promising, best first.
-pub(crate) fn values(
+impl Grid {
+    /// Gives a model the numbers of a grid, of which these are the names.
+    pub(crate) fn put_into(&self, model: &mut Model, (step, ahead): (&str, Option<&str>)) {
+        model.set_parameter(step, self.step);
+        if let (Some(name), Some(value)) = (ahead, self.ahead) {
+            model.set_parameter(name, value);
+        }
+    }
+}
+
+/// Grids of `template` from which a fit is promising, best first. `name` is that of their step, `ahead` that of a number that moves
+/// the command before the grid takes it, as the width of a dead zone does: where the grid lies is then as unknown as its step.
+pub(crate) fn grids(
     data: &BlockData,
     template: &Model,
-    name: &str,
+    (name, ahead): (&str, Option<&str>),
     bounds: (f64, f64),
     (inside, beside): (&[&Effect], &[MovableNumber]),
-) -> Vec<f64> {
+) -> Vec<Grid> {
     let plain = without_other_laws(data, template, name, inside);
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
@@ -44,7 +52,8 @@ pub(crate) fn values(
     let few = data.in_short_pieces((data.len() / THRESHOLDS.grid_first_samples).max(1));
     // A hair beside the right grid all levels but one or two fit, and those are off by a whole step: squares would rank it
     // behind grids on which nothing fits.
-    let mut cost = cost_of(&few, template, name, (inside, beside));
+    let of = |data, shifts| GridCost::new((data, template), (name, ahead, shifts), (inside, beside));
+    let mut cost = of(&few, THRESHOLDS.grid_places_first);
     let mut grid = Vec::new();
     // From the coarse end: where there are too many, the finest, which matter least, are left out.
     let mut value = bounds.1;
@@ -52,19 +61,22 @@ pub(crate) fn values(
         grid.push(value);
         value -= spacing(value, typical);
     }
-    let kept = apart(grid, &mut cost, typical, THRESHOLDS.grid_values_second);
+    let kept = apart(grid, &mut |step| cost.at(step), typical, THRESHOLDS.grid_values_second);
     let some = data.in_short_pieces((data.len() / THRESHOLDS.grid_second_samples).max(1));
-    let mut cost = cost_of(&some, template, name, (inside, beside));
-    let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
-        values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
+    let closer = |values: Vec<f64>, cost: &mut GridCost| -> Vec<f64> {
+        values.into_iter().map(|step| cost.closer(step, spacing(step, typical), 1)).collect()
     };
+    let mut cost = of(&some, THRESHOLDS.grid_places);
     let kept = closer(kept, &mut cost);
-    let left = apart(kept, &mut cost, typical, THRESHOLDS.grid_values_third);
-    let mut cost = cost_of(data, template, name, (inside, beside));
+    let left = apart(kept, &mut |step| cost.at(step), typical, THRESHOLDS.grid_values_third);
+    let mut cost = of(data, THRESHOLDS.grid_places);
     let left = closer(left, &mut cost);
-    let best = apart(left, &mut cost, typical, THRESHOLDS.grid_values_closer);
+    let best = apart(left, &mut |step| cost.at(step), typical, THRESHOLDS.grid_values_closer);
     best.into_iter()
-        .map(|value| fine(&mut cost, value, spacing(value, typical), THRESHOLDS.grid_looks).0)
+        .map(|step| {
+            let step = cost.closer(step, spacing(step, typical), THRESHOLDS.grid_looks);
+            Grid { step, ahead: cost.ahead_at(step, THRESHOLDS.grid_places_closer) }
+        })
         .collect()
 }
 
@@ -142,132 +154,13 @@ fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most
     apart
 }
 
-/// Moves the parameter `index` of a fit to the best value nearby, where the numbers at `moves`, of these sizes, may move beside it.
-pub(crate) fn refine(
-    problem: &Problem,
-    data: &BlockData,
-    index: usize,
-    moves: &[(usize, f64)],
-    found: &mut Fit,
-) {
-    let Some((_, typical)) = sizes(data) else { return };
-    let mut scratch = vec![0.0; problem.len()];
-    let mut globals = found.globals.clone();
-    // On a grid a dead zone's width moves single rows by whole steps: slopes are those without it.
-    globals[index] = 0.0;
-    let taken_up = taken_up(problem, &globals, &found.locals, moves);
-    let cost = |value: f64| {
-        globals[index] = value;
-        problem.residuals(&globals, &found.locals, &mut scratch);
-        remove(&taken_up, &mut scratch);
-        sum_of_squares(&scratch)
-    };
-    let start = found.globals[index];
-    found.globals[index] = fine(cost, start, spacing(start, typical), THRESHOLDS.grid_looks).0;
-}
-
-/// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must
-/// move until the cost rises by the variance of the noise.
-pub(crate) fn refine_with_error(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
-    let Some((_, typical)) = sizes(data) else { return };
-    let start = found.globals[index];
-    let mut scratch = vec![0.0; problem.len()];
-    let mut globals = found.globals.clone();
-    let mut cost = |value: f64| {
-        globals[index] = value;
-        problem.residuals(&globals, &found.locals, &mut scratch);
-        sum_of_squares(&scratch)
-    };
-    let (value, least) = fine(&mut cost, start, spacing(start, typical), THRESHOLDS.grid_looks);
-    let used = found.residuals.measured().iter().filter(|residual| **residual != 0.0).count().max(1);
-    let rise = least / used as f64;
-    let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
-        let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * value;
-        (0..THRESHOLDS.error_steps)
-            .map(step)
-            .find(|step| cost(value + sign * step) > least + rise)
-            .unwrap_or(value)
-    };
-    let error = 0.5 * (side(1.0, &mut cost) + side(-1.0, &mut cost));
-    found.globals[index] = value;
-    found.cost = least;
-    problem.residuals(&found.globals, &found.locals, &mut scratch);
-    found.residuals = Residuals::of(scratch, problem.measured());
-    found.standard_errors[index] = error;
-}
-
-/// The best of the values about one, and its cost, in `looks` that come closer and closer.
-fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64, looks: i32) -> (f64, f64) {
-    let mut best = (about, cost(about));
-    let mut width = spacing;
-    for _ in 0..looks {
-        let middle = best.0;
-        for step in (-THRESHOLDS.grid_fine_values..=THRESHOLDS.grid_fine_values).filter(|step| *step != 0) {
-            let value = middle + width * f64::from(step) / f64::from(THRESHOLDS.grid_fine_values);
-            let scored = (value, cost(value));
-            if scored.1 < best.1 {
-                best = scored;
-            }
-        }
-        width *= THRESHOLDS.grid_overlap / f64::from(THRESHOLDS.grid_fine_values);
-    }
-    best
-}
-
-fn spacing(value: f64, typical: f64) -> f64 {
+/// By how much the next value of a grid looked at differs.
+pub(crate) fn spacing(value: f64, typical: f64) -> f64 {
     (THRESHOLDS.grid_phase * value * value / typical).min(THRESHOLDS.most_grid_spacing * value)
 }
 
-/// The robust cost of values of a grid, whatever numbers beside it can take up taken away: a grid a hair wider is a curve a
-/// hair steeper, too.
-fn cost_of<'a>(
-    data: &'a BlockData,
-    template: &Model,
-    name: &str,
-    (inside, beside): (&[&Effect], &[&MovableNumber]),
-) -> impl FnMut(f64) -> f64 + 'a + use<'a> {
-    let names = std::iter::once(name.to_owned()).chain(beside.iter().map(|it| it.name.clone())).collect();
-    let problem = Problem::new(data, template.clone(), names, inside);
-    let locals = vec![0.0; problem.units().len() * problem.locals()];
-    let mut globals = vec![0.0];
-    globals.extend(beside.iter().map(|it| template.parameter(&it.name).unwrap_or(0.0)));
-    let moves: Vec<(usize, f64)> = beside.iter().enumerate().map(|(at, it)| (at + 1, it.scale)).collect();
-    let taken_up = taken_up(&problem, &globals, &locals, &moves);
-    let mut residuals = vec![0.0; problem.len()];
-    move |value| {
-        globals[0] = value;
-        problem.residuals(&globals, &locals, &mut residuals);
-        remove(&taken_up, &mut residuals);
-        pseudo_huber(&residuals, THRESHOLDS.grid_robust_width)
-    }
-}
-
-/// What some numbers of a problem can take up of its residuals, near where they are: an orthonormal basis. `moves` are their places
-/// and sizes.
-fn taken_up(problem: &Problem, globals: &[f64], locals: &[f64], moves: &[(usize, f64)]) -> Vec<Vec<f64>> {
-    // On a long log the grid of a part of it is near, and columns of all rows would be many.
-    if problem.len() > THRESHOLDS.most_searched_rows {
-        return Vec::new();
-    }
-    let simulated = |globals: &[f64]| {
-        let mut residuals = vec![0.0; problem.len()];
-        problem.residuals(globals, locals, &mut residuals);
-        residuals
-    };
-    let here = simulated(globals);
-    let slope = |(place, size): &(usize, f64)| {
-        let mut moved = globals.to_vec();
-        moved[*place] += SLOPE_STEP * size;
-        simulated(&moved).iter().zip(&here).map(|(moved, here)| moved - here).collect::<Vec<f64>>()
-    };
-    let mut slopes: Vec<Vec<f64>> = moves.iter().map(slope).collect();
-    // A simulation that ran away has no slope.
-    slopes.retain(|slope| slope.iter().all(|value| value.is_finite()));
-    orthonormal(&slopes, &(0..problem.len()))
-}
-
 /// [-] The smallest grid that shows above the noise, and a typical command.
-fn sizes(data: &BlockData) -> Option<(f64, f64)> {
+pub(crate) fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     let Runs::Rotor(runs) = &data.runs else { return None };
     let command = extremes(runs.iter().flat_map(|run| run.command.iter().copied()));
     let rate = extremes(runs.iter().flat_map(|run| run.measured.iter().copied()));
@@ -279,8 +172,10 @@ fn sizes(data: &BlockData) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::grid_refine::{WithoutSlope, refine, refine_with_error};
     use super::super::rotor_block::rotor_runs;
     use super::*;
+    use crate::estimation::output_error::{Free, fit};
     use crate::log::Dataset;
 
     const STEP: f64 = 0.0061;
@@ -288,6 +183,11 @@ mod tests {
     /// A rotor that gets its command on a grid, behind two lags, in a hundred small Euler steps a sample: no code of the
     /// model.
     fn on_a_grid() -> BlockData {
+        on_a_grid_behind(0.0)
+    }
+
+    /// The same behind a dead zone of this width.
+    fn on_a_grid_behind(width: f64) -> BlockData {
         let (rows, parts) = (2000, 100);
         let time: Vec<f64> = (0..rows).map(|row| 0.02 * f64::from(row)).collect();
         // A new level every quarter of a second, from a multiplicative hash.
@@ -301,7 +201,8 @@ mod tests {
             rates.push(rate);
             for _ in 0..parts {
                 let step = 0.02 / f64::from(parts);
-                behind += step * 40.0 * (g((u / STEP).round() * STEP) - behind);
+                let left = (u - width) / (1.0 - width);
+                behind += step * 40.0 * (g((left / STEP).round() * STEP) - behind);
                 rate += step * 16.0 * (behind - rate);
             }
         }
@@ -319,8 +220,9 @@ mod tests {
         let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
         template.set_parameter("second_order_lag.pole", 40.0);
         template.actuator.steady_rate.iter_mut().for_each(|coefficient| *coefficient *= steepness);
-        let found = values(data, &template, "command_quantization.step", (0.0, 0.3), (&inside, beside));
-        found.first().copied().expect("a grid")
+        let named = ("command_quantization.step", None);
+        let found = grids(data, &template, named, (0.0, 0.3), (&inside, beside));
+        found.first().expect("a grid").step
     }
 
     fn found(data: &BlockData) -> f64 {
@@ -332,6 +234,57 @@ mod tests {
     fn a_grid_behind_a_second_lag_is_found() {
         let best = found(&on_a_grid());
         assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+
+    /// A dead zone that was found without the grid is known to a few steps of it, and where the grid lies is not.
+    #[test]
+    fn a_grid_behind_a_dead_zone_is_found_where_it_lies() {
+        let (data, width) = (on_a_grid_behind(0.0457), 0.0457);
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let inside =
+            [effect("second_order_lag"), effect("command_dead_zone"), effect("command_quantization")];
+        let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
+        template.set_parameter("second_order_lag.pole", 40.0);
+        let ahead = "command_dead_zone.width";
+        for away in [0.4, 0.9, -1.3] {
+            template.set_parameter(ahead, width + away * STEP);
+            let curve = ["steady_rate_linear", "steady_rate_quadratic"];
+            let beside = curve.map(|name| MovableNumber { name: name.to_owned(), scale: 1000.0 });
+            let named = ("command_quantization.step", Some(ahead));
+            let found = grids(&data, &template, named, (0.0, 0.3), (&inside, &beside));
+            let grid = found.first().expect("a grid");
+            grid.put_into(&mut template, named);
+            // A whole step further the grid lies there again: so many commands are between two steps.
+            let spacing = |step: f64, width: f64| step * (1.0 - width);
+            let commands = spacing(grid.step, grid.ahead.expect("a dead zone")) / spacing(STEP, width);
+            // Looked at with sixteen places, it is off by an eighth of a step at most, which the curve takes up: over 90 steps that is
+            // 0.14 % of one.
+            assert!((commands - 1.0).abs() < 2e-3, "{away}: {grid:?}");
+            let names = [named.0.to_owned(), ahead.to_owned()];
+            let problem = Problem::new(&data, template.clone(), names.to_vec(), &inside);
+            let held = |name: &String| {
+                let start = template.parameter(name).expect("put in");
+                Free { start, bounds: (start, start), scale: 1.0 }
+            };
+            let mut fitted = fit(&problem, &names.each_ref().map(held), None, &THRESHOLDS.full_fit);
+            let places = WithoutSlope { grid: 0, ahead: vec![1] };
+            refine(&problem, &data, &places, &[], &mut fitted);
+            refine_with_error(&problem, &data, &places, &[], &mut fitted);
+            let errors = &fitted.standard_errors;
+            // Steps of Euler's are late by half of one: a tenth of a thousandth of a step of the grid.
+            assert!(
+                (fitted.globals[1] - width).abs() < 3.0 * errors[1] + 1e-5,
+                "{away}: {:?} ± {errors:?}",
+                fitted.globals
+            );
+            assert!(
+                (fitted.globals[0] - STEP).abs() < 3.0 * errors[0] + 1e-5,
+                "{away}: {:?} ± {errors:?}",
+                fitted.globals
+            );
+            assert!(errors.iter().all(|error| *error > 0.0 && *error < 0.25 * STEP), "{away}: {errors:?}");
+        }
     }
 
     /// The less noise, the finer the grids that would show, and the more there are of them: more than are looked at. And the noise that

@@ -22,6 +22,8 @@ pub mod driver_inference;
 mod error;
 mod extend;
 mod forward;
+mod grid_cost;
+mod grid_refine;
 mod grid_search;
 mod gyro_and_angle;
 mod looks;

@@ -12,8 +12,6 @@ use crate::model::{Effect, Model};
 impl Candidate<'_> {
     /// The models from which a fit of the fresh effects may start.
     pub(crate) fn starts(&self, template: &Model, fresh: &[&Effect], split: &DataSplit) -> Vec<Model> {
-        let inside = self.inside(template);
-        let beside = self.beside_grid(&self.names_in(&inside, split.train.is_rotor()), template);
         let mut starts = vec![template.clone()];
         for effect in fresh {
             for parameter in &effect.parameters {
@@ -29,17 +27,7 @@ impl Candidate<'_> {
                     pairs.map(with).collect()
                 };
                 let others = if self.is_discontinuous(&name) {
-                    let scanned = |model: &Model| {
-                        grid_search::values(&split.train, model, &name, parameter.bounds, (&inside, &beside))
-                    };
-                    let mut others = with(&starts, &scanned(template));
-                    // Fitted without the grid, the base has bent after it.
-                    if self.has_moved(template, THRESHOLDS.moved_base_for_grid) {
-                        let with_nominal_base: Vec<Model> =
-                            starts.iter().map(|model| self.with_nominal_base(model)).collect();
-                        others.extend(with(&with_nominal_base, &scanned(&self.with_nominal_base(template))));
-                    }
-                    others
+                    self.on_grids(&starts, template, (&name, parameter.bounds), split)
                 } else {
                     let values: Vec<f64> = parameter.starts.iter().skip(1).copied().collect();
                     with(&starts, &values)
@@ -54,6 +42,37 @@ impl Candidate<'_> {
             starts.extend(with_nominal_base);
         }
         starts
+    }
+
+    /// Starts with each grid that a look at all of them finds promising, and where a law ahead of it puts the grid.
+    fn on_grids(
+        &self,
+        starts: &[Model],
+        template: &Model,
+        (name, bounds): (&str, (f64, f64)),
+        split: &DataSplit,
+    ) -> Vec<Model> {
+        let inside = self.inside(template);
+        let names = self.names_in(&inside, split.train.is_rotor());
+        let beside = self.beside_grid(&names, template);
+        let named = (name, names.iter().find(|it| self.is_ahead_of_grid(it, template)).map(String::as_str));
+        let with = |starts: &[Model], template: &Model| -> Vec<Model> {
+            let grids = grid_search::grids(&split.train, template, named, bounds, (&inside, &beside));
+            let put = |(model, grid): (&Model, &grid_search::Grid)| {
+                let mut model = model.clone();
+                grid.put_into(&mut model, named);
+                model
+            };
+            starts.iter().flat_map(|model| grids.iter().map(move |grid| (model, grid))).map(put).collect()
+        };
+        let mut others = with(starts, template);
+        // Fitted without the grid, the base has bent after it.
+        if self.has_moved(template, THRESHOLDS.moved_base_for_grid) {
+            let with_nominal_base: Vec<Model> =
+                starts.iter().map(|model| self.with_nominal_base(model)).collect();
+            others.extend(with(&with_nominal_base, &self.with_nominal_base(template)));
+        }
+        others
     }
 
     /// A few steps from each start, on a part of the data; best first.

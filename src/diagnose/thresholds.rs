@@ -100,6 +100,26 @@ crate::thresholds! {
     grid_second_samples: usize = 3000, "count", "times of the development cases";
     /// share of a step by which the place of a typical command on the grid moves from one value to the next
     grid_phase: f64 = 0.07, "-", "judgement";
+    /// places within a step at which a grid behind a law that moves the command is looked at
+    grid_places: u32 = 4, "count", "judgement: an eighth of the rows are off by a step at most";
+    /// the same where every step is looked at
+    grid_places_first: u32 = 2, "count", "times of a slow ramp behind a dead zone: a quarter of the rows are off at most";
+    /// the same for the best
+    grid_places_closer: u32 = 16, "count", "judgement";
+    /// steps to each side over which the number of a law ahead of a grid is looked for; a few values fall into each
+    steps_ahead_of_grid: f64 = 2.0, "-", "a quarter of a step from one value to the next";
+    /// a grid and what is ahead of it are moved so often in turns, at most, as long as the cost falls by a share
+    most_grid_turns: usize = 6, "count", "judgement";
+    /// that share
+    settled_grid: f64 = 0.003, "-", "judgement";
+    /// share of a step to each side over which it is looked for after the first turn
+    place_on_grid: f64 = 0.25, "-", "judgement";
+    /// differences of neighbouring commands to each side over which both are looked at together, and then about the best
+    commands_around: [f64; 2] = [2.0, 0.4], "-", "judgement: the width of a dead zone was off by one, at most; thirty levels ask for a thirtieth";
+    /// looks to each side at what is ahead of the grid, and at its spacing
+    looks_around: [i32; 2] = [20, 10], "count", "times of a ramp behind a dead zone";
+    /// share of the range of commands, to each side of its middle, over which what a law ahead of a grid makes of more command is taken
+    spacing_reach: f64 = 0.01, "-", "judgement: a dead zone is a straight line there";
     /// a grid whose rounding error is below this share of the noise cannot be seen
     least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";
     /// values of a grid looked at, at most

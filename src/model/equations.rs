@@ -190,6 +190,13 @@ impl Model {
         effects.into_iter().for_each(|(effect, parameters)| equations.bind(&effect, parameters));
         Ok(equations)
     }
+
+    /// Whether the first of two effects of this model acts where the other one does, and before it.
+    #[must_use]
+    pub fn acts_before(&self, one: &Effect, other: &Effect) -> bool {
+        let added = |effect: &Effect| self.effects.iter().position(|added| added.id == effect.id);
+        one.site == other.site && (place(one), added(one)) < (place(other), added(other))
+    }
 }
 
 /// Where an effect stands among those of its site, in whatever order they were added to a model.
@@ -293,6 +300,12 @@ impl Equations {
         point.body_angle = read(columns::BODY_ANGLE, 0.0);
         point.body_rate = read(columns::BODY_RATE, 0.0);
         point
+    }
+
+    /// [-] what the laws on the command make of one, at a full battery.
+    #[must_use]
+    pub fn command_behind_laws(&self, command: f64) -> f64 {
+        self.steady_point(0.0, command, self.constants.full_voltage, 1.0).command
     }
 
     /// [rad/s] z and the point it belongs to, before the laws that act on z. [LPC16] Eq. (2).

@@ -262,13 +262,15 @@ fn dry_friction_is_found_beside_a_gyroscope_that_lags() {
 mod at_length {
     use super::*;
 
-    /// A battery beside a bent curve; a grid that is another one without the pole; one that a limit is not a step of.
+    /// A battery beside a bent curve; a grid that is another one without the pole; one that a limit is not a step of; one
+    /// behind a dead zone, which puts it half a step off.
     #[test]
     fn three_effects_of_a_rotor_are_found() {
         for (ids, seed) in [
             (["battery_scaling", "static_cubic", "static_offset"], 77_001_353_003_377),
             (["asymmetric_pole", "command_quantization", "slew_rate_limit"], 77_001_353_003_403),
             (["command_quantization", "command_saturation", "slew_rate_limit"], 77_001_353_003_431),
+            (["command_dead_zone", "command_quantization", "slew_rate_limit"], 15_590_309_770_832),
         ] {
             assert_eq!(found_of_three(Kind::Actuator, ids, seed), ids);
         }
