@@ -2,7 +2,7 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::looks::Looks;
+use super::looks::LookCache;
 use super::model_selection::{improves, indistinguishable, loss, same_set};
 use super::parallel::{Finalists, run_promising};
 use super::search_space::Search;
@@ -101,7 +101,7 @@ impl Search<'_> {
         run_promising(
             &[candidates],
             Finalists::of((usize::MAX, usize::MAX)),
-            (split, &mut Looks::default()),
+            (split, &mut LookCache::default()),
             self.progress,
         )
     }
@@ -142,7 +142,7 @@ impl Search<'_> {
         run_promising(
             &[candidates],
             Finalists::of((usize::MAX, THRESHOLDS.twice_exchanged)),
-            (split, &mut Looks::default()),
+            (split, &mut LookCache::default()),
             self.progress,
         )
     }

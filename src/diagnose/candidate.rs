@@ -4,7 +4,8 @@ use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::grid_refine::{self, WithoutSlope};
+use super::grid_constraint::WithoutSlope;
+use super::grid_refine;
 use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
@@ -21,6 +22,8 @@ pub struct StartingPoints {
     starts: Vec<(f64, Model)>,
     /// Whether the starts are ends of a way on a part of the data, and not places on it.
     is_on_part: bool,
+    /// Whether they are ends of a brief fit on all training data.
+    is_fitted_on_all: bool,
     /// The way that is left from the starts.
     way: FitConfig,
 }
@@ -32,10 +35,10 @@ impl StartingPoints {
         self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
     }
 
-    /// Whether the cost is of all training data, where it is one of a brief fit.
+    /// Whether the cost is that of a brief fit on all training data.
     #[must_use]
-    pub(crate) fn is_of_all_data(&self) -> bool {
-        !self.is_on_part
+    pub(crate) fn is_fitted_on_all(&self) -> bool {
+        self.is_fitted_on_all
     }
 
     /// The same, with the fit that follows to go as far as it can.
@@ -108,7 +111,14 @@ impl Candidate<'_> {
         } else {
             self.ranked_starts(self.starts(&template, &fresh, split), &names, split)
         };
-        StartingPoints { template, names, starts, is_on_part: false, way: THRESHOLDS.full_fit }
+        StartingPoints {
+            template,
+            names,
+            starts,
+            is_on_part: false,
+            is_fitted_on_all: false,
+            way: THRESHOLDS.full_fit,
+        }
     }
 
     /// Fits from the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
@@ -144,6 +154,7 @@ impl Candidate<'_> {
         StartingPoints {
             starts,
             is_on_part: !on_all,
+            is_fitted_on_all: on_all,
             way: if on_all { THRESHOLDS.full_fit } else { THRESHOLDS.fold_fit },
             ..starting_points
         }
@@ -211,8 +222,7 @@ impl Candidate<'_> {
         best: &mut Fit,
     ) {
         let model = problem.model(&best.globals);
-        let ahead = (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], &model));
-        let without_slope = WithoutSlope { grid: index, ahead: ahead.collect() };
+        let without_slope = self.without_slope(index, names, &model);
         self.move_grid(problem, (&without_slope, names), split, best);
         if self.from.parameter(name).is_some() {
             self.search_grid_again(problem, (name, names), split, best);
@@ -302,8 +312,7 @@ impl Candidate<'_> {
             let (mut part, _) =
                 fit_from(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
             for grid in (0..names.len()).filter(|index| self.is_discontinuous(&names[*index])) {
-                let ahead = (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], model)).collect();
-                let without_slope = WithoutSlope { grid, ahead };
+                let without_slope = self.without_slope(grid, names, model);
                 grid_refine::refine(&problem(train), train, &without_slope, &[], &mut part);
             }
             self.reset_undetermined(&mut part, names, model);

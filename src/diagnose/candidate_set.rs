@@ -1,5 +1,6 @@
 //! A candidate set of effects: which numbers its fit may change, and how far.
 
+use super::grid_constraint::{BoundedNumber, WithoutSlope};
 use super::grid_cost::MovableNumber;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
@@ -62,11 +63,26 @@ impl Candidate<'_> {
         self.is_discontinuous(name) || self.is_ahead_of_grid(name, model)
     }
 
-    /// Whether a number is that of a law ahead of one in jumps, in a model that has them both.
+    /// The numbers without a slope beside the one of a law in jumps, at this index of `names`.
+    pub(crate) fn without_slope(&self, grid: usize, names: &[String], model: &Model) -> WithoutSlope {
+        let place = |index: usize| {
+            let bounds = self.parameter(&names[index]).map_or((0.0, f64::INFINITY), |it| it.bounds);
+            BoundedNumber { index, bounds }
+        };
+        let ahead: Vec<usize> =
+            (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], model)).collect();
+        let ids = ahead.iter().filter_map(|at| names[*at].split_once('.'));
+        let laws_ahead = ids.map(|(id, _)| id.to_owned()).collect();
+        WithoutSlope { grid: place(grid), ahead: ahead.into_iter().map(place).collect(), laws_ahead }
+    }
+
+    /// Whether a number is that of a law ahead of one in jumps, in a model that has them both. A dead time moves no level: it has a
+    /// slope behind a grid, too.
     pub(crate) fn is_ahead_of_grid(&self, name: &str, model: &Model) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
         let inside = self.inside(model);
-        inside.iter().find(|effect| effect.id == id).is_some_and(|ahead| {
+        let law = inside.iter().find(|effect| effect.id == id && !matches!(effect.law, Law::Delay(_)));
+        law.is_some_and(|ahead| {
             let mut grids = inside.iter().filter(|effect| matches!(effect.law, Law::PiecewiseConstant(_)));
             grids.any(|grid| model.acts_before(ahead, grid))
         })

@@ -3,7 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::looks::Looks;
+use super::looks::LookCache;
 use super::model_selection::{improves, is_identifiable, over_floor, same_set};
 use super::parallel::{Finalists, run_promising};
 use super::progress::SearchEvent;
@@ -19,7 +19,7 @@ impl Search<'_> {
         split: &DataSplit,
         base: &[String],
         refitted: &CandidateFit,
-        (fits, looks): (&mut Vec<CandidateFit>, &mut Looks),
+        (fits, looks): (&mut Vec<CandidateFit>, &mut LookCache),
     ) {
         let mut before = refitted.clone();
         let mut left = f64::INFINITY;

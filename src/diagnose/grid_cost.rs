@@ -80,7 +80,8 @@ impl<'a> GridCost<'a> {
         let ahead = self.ahead?;
         self.globals[0] = step;
         let places = shifts(ahead, step, places);
-        places.map(|place| (self.with_ahead(place), place)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|it| it.1)
+        let costs = places.map(|place| (self.with_ahead(place), place)).filter(|it| it.0.is_finite());
+        costs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|it| it.1)
     }
 
     fn with_ahead(&mut self, place: f64) -> f64 {

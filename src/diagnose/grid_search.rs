@@ -172,8 +172,9 @@ pub(crate) fn sizes(data: &BlockData) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid_refine::{WithoutSlope, refine, refine_with_error};
+    use super::super::grid_refine::{refine, refine_with_error};
     use super::super::rotor_block::rotor_runs;
+    use super::super::tests::behind_a_dead_zone;
     use super::*;
     use crate::estimation::output_error::{Free, fit};
     use crate::log::Dataset;
@@ -268,7 +269,7 @@ mod tests {
                 Free { start, bounds: (start, start), scale: 1.0 }
             };
             let mut fitted = fit(&problem, &names.each_ref().map(held), None, &THRESHOLDS.full_fit);
-            let places = WithoutSlope { grid: 0, ahead: vec![1] };
+            let places = behind_a_dead_zone();
             refine(&problem, &data, &places, &[], &mut fitted);
             refine_with_error(&problem, &data, &places, &[], &mut fitted);
             let errors = &fitted.standard_errors;

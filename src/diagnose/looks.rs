@@ -17,12 +17,12 @@ pub enum LookDepth {
 
 /// What is known of candidates on one split of the data.
 #[derive(Default)]
-pub struct Looks(HashMap<Key, StartingPoints>);
+pub struct LookCache(HashMap<Key, StartingPoints>);
 
 /// A candidate's effects in order, the cost (its bits) of the set that the last one was added to, and how it was looked at.
 type Key = (Vec<String>, u64, LookDepth);
 
-impl Looks {
+impl LookCache {
     /// What `look` makes of each candidate with what comes beside it, or has made of it before.
     pub fn of<T: Send>(
         &mut self,
@@ -67,7 +67,7 @@ mod tests {
             known: &[],
             without,
         };
-        let mut looks = Looks::default();
+        let mut looks = LookCache::default();
         let mut looked_at = |candidate: &Candidate, stage: LookDepth| {
             seen.store(0, Ordering::Relaxed);
             let found = looks.of(vec![(candidate, ())], stage, |candidate, ()| {

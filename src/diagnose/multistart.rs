@@ -32,7 +32,12 @@ impl Candidate<'_> {
                     let values: Vec<f64> = parameter.starts.iter().skip(1).copied().collect();
                     with(&starts, &values)
                 };
-                starts.extend(others);
+                // Where a grid puts the number ahead of it, the card's values of that are one.
+                for other in others {
+                    if !starts.contains(&other) {
+                        starts.push(other);
+                    }
+                }
             }
         }
         starts.truncate(THRESHOLDS.most_starts);

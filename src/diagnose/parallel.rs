@@ -4,7 +4,7 @@ use super::candidate::{StartingPoints, fits_briefly_on_all};
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::looks::{LookDepth, Looks};
+use super::looks::{LookCache, LookDepth};
 use super::progress::SearchEvent;
 use super::thresholds::THRESHOLDS;
 use crate::threads::{spread, spread_out};
@@ -90,7 +90,7 @@ impl Finalists {
 pub fn run_promising(
     groups: &[Vec<Candidate>],
     Finalists { most, finished, limit }: Finalists,
-    (split, looks): (&DataSplit, &mut Looks),
+    (split, looks): (&DataSplit, &mut LookCache),
     progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<CandidateFit> {
     let all: Vec<(usize, &Candidate)> = groups
@@ -122,8 +122,9 @@ pub fn run_promising(
     let mut promising: Vec<(&Candidate, StartingPoints)> = candidates.into_iter().zip(fitted).collect();
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
-    promising
-        .retain(|(_, starting_points)| !(starting_points.is_of_all_data() && starting_points.cost() > limit));
+    promising.retain(|(_, starting_points)| {
+        !(starting_points.is_fitted_on_all() && starting_points.cost() > limit)
+    });
     spread_out(promising, |(candidate, starting_points)| {
         reported(candidate.finish(starting_points, split), split, progress)
     })
@@ -155,7 +156,7 @@ mod tests {
             let fits = run_promising(
                 &[vec![candidate.clone()]],
                 finalists,
-                (&split, &mut Looks::default()),
+                (&split, &mut LookCache::default()),
                 &|_: SearchEvent| (),
             );
             assert_eq!(fits.len(), fitted, "{share} of what it leaves");

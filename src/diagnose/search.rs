@@ -3,7 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::looks::Looks;
+use super::looks::LookCache;
 use super::model_selection::{best_of_each, indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
 use super::refusal::EffectRefusal;
@@ -35,7 +35,7 @@ impl Search<'_> {
         mut fits: Vec<CandidateFit>,
     ) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let mut looks = Looks::default();
+        let mut looks = LookCache::default();
         self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
         self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
         drop(looks);

@@ -7,6 +7,7 @@ use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::diagnosis::{ChangedParameter, Diagnosis, ErrorSummary, TrainValidate, Verdict};
+use super::grid_constraint::{BoundedNumber, WithoutSlope};
 use super::rotor_block::rotor_runs;
 use crate::estimation::output_error::Fit;
 use crate::log::Dataset;
@@ -134,4 +135,13 @@ pub(crate) fn weighed_down(sign: f64, has_angle: bool) -> DataSplit {
     };
     let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
     DataSplit::new(data.clone(), Some(data))
+}
+
+/// The step of a grid as the first number of a problem, the width of a dead zone ahead of it as the second.
+pub fn behind_a_dead_zone() -> WithoutSlope {
+    WithoutSlope {
+        grid: BoundedNumber { index: 0, bounds: (0.0, 0.3) },
+        ahead: vec![BoundedNumber { index: 1, bounds: (0.0, 0.5) }],
+        laws_ahead: vec!["command_dead_zone".to_owned()],
+    }
 }

@@ -111,14 +111,20 @@ crate::thresholds! {
     /// a grid and what is ahead of it are moved so often in turns, at most, as long as the cost falls by a share
     most_grid_turns: usize = 6, "count", "judgement";
     /// that share
-    settled_grid: f64 = 0.003, "-", "judgement";
+    grid_turn_tolerance: f64 = 0.003, "-", "judgement";
     /// share of a step to each side over which it is looked for after the first turn
-    place_on_grid: f64 = 0.25, "-", "judgement";
+    phase_reach: f64 = 0.25, "-", "judgement";
     /// differences of neighbouring commands to each side over which both are looked at together, and then about the best
-    commands_around: [f64; 2] = [2.0, 0.4], "-", "judgement: the width of a dead zone was off by one, at most; thirty levels ask for a thirtieth";
+    joint_scan_reach: [f64; 2] = [2.0, 0.4], "-", "judgement: the width of a dead zone was off by one, at most; thirty levels ask for a thirtieth";
     /// looks to each side at what is ahead of the grid, and at its spacing
-    looks_around: [i32; 2] = [20, 10], "count", "times of a ramp behind a dead zone";
-    /// share of the range of commands, to each side of its middle, over which what a law ahead of a grid makes of more command is taken
+    joint_scan_counts: [i32; 2] = [20, 10], "count", "times of a ramp behind a dead zone";
+    /// share by which the step is made longer or shorter then, at most
+    most_grid_stretch: f64 = 0.2, "-", "judgement: three levels are half their range apart";
+    /// rows at which so many looks are taken; of more rows as many fewer
+    joint_scan_rows: usize = 10_000, "count", "times of long synthetic logs";
+    /// commands over their range of which is asked whether laws ahead of a grid let them through
+    commands_asked: usize = 32, "count", "judgement";
+    /// share of the range of commands that come through, to each side of its middle, over which what a law ahead of a grid makes of more command is taken
     spacing_reach: f64 = 0.01, "-", "judgement: a dead zone is a straight line there";
     /// a grid whose rounding error is below this share of the noise cannot be seen
     least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";

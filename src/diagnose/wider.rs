@@ -3,7 +3,7 @@
 
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
-use super::looks::Looks;
+use super::looks::LookCache;
 use super::model_selection::{loss, over_floors, over_white_floors, same_set};
 use super::parallel::{Finalists, run_all, run_promising};
 use super::search_space::Search;
@@ -17,7 +17,7 @@ impl Search<'_> {
         split: &DataSplit,
         base: &[String],
         refitted: &CandidateFit,
-        (fits, looks): (&mut Vec<CandidateFit>, &mut Looks),
+        (fits, looks): (&mut Vec<CandidateFit>, &mut LookCache),
     ) {
         let is_unexplained = |fits: &[CandidateFit]| {
             over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor

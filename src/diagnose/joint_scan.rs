@@ -1,0 +1,95 @@
+//! The numbers of a grid and of a law ahead of it looked at together: wherever a command that was sent comes to another level the cost
+//! has a step, and moved one by one they stay where they are.
+
+use super::block_data::{BlockData, Runs};
+use super::grid_constraint::{GridConstraint, WithoutSlope};
+use super::problem::Problem;
+use super::thresholds::THRESHOLDS;
+use crate::estimation::output_error::OutputError;
+use crate::estimation::quantile::{distinct, extremes, median};
+
+/// Share of their range by which two commands differ that are not the same.
+const SAME_COMMAND: f64 = 1e-6;
+
+/// Sets of numbers looked at, and their costs.
+#[derive(Default)]
+pub(super) struct JointScan {
+    looked: Vec<(Vec<f64>, f64)>,
+    /// By how much each of the numbers, all of the problem, differs from one look to the next.
+    apart: Vec<f64>,
+}
+
+impl JointScan {
+    /// Looks where each command still comes to the level at which it is, or to the one beside it, and closer about the best; nowhere
+    /// unless just one number is ahead of the grid, and where one by one the numbers are no better known than to such a difference
+    /// of commands: no single command decides there. On long data it looks at fewer places.
+    pub fn around(
+        problem: &Problem,
+        data: &BlockData,
+        places: &WithoutSlope,
+        globals: &[f64],
+        (cost, limit): (&mut impl FnMut(&[f64]) -> f64, impl Fn(f64) -> f64),
+    ) -> Self {
+        let (Runs::Rotor(runs), [ahead]) = (&data.runs, &places.ahead[..]) else { return Self::default() };
+        let commands: Vec<f64> = runs.iter().flat_map(|run| run.command.iter().copied()).collect();
+        let (low, high) = extremes(commands.iter().copied());
+        let gaps = distinct(&commands).windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>();
+        // Less is the same command, written with other last digits.
+        let gap = median(gaps.into_iter().filter(|gap| *gap > SAME_COMMAND * (high - low)));
+        let (Some(gap), false) = (gap, problem.len() > THRESHOLDS.most_searched_rows) else {
+            return Self::default();
+        };
+        let grid = places.grid.index;
+        let mut all =
+            Self { looked: vec![(globals.to_vec(), cost(globals))], apart: vec![0.0; globals.len()] };
+        let [first, _] = THRESHOLDS.joint_scan_reach;
+        let limit = limit(all.looked[0].1);
+        let place = GridConstraint::place(problem, data, places, globals);
+        let is_decided = [-1.0, 1.0].iter().any(|sign| {
+            let value = globals[ahead.index] + sign * first * gap;
+            cost(&places.moved(problem, globals, (ahead, value), place.as_ref())) > limit
+        });
+        if !is_decided {
+            return Self::default();
+        }
+        let [shifts, stretches] = counts(problem.len());
+        let side = |count: i32| (-count..=count).map(move |at| f64::from(at) / f64::from(count));
+        for reach in THRESHOLDS.joint_scan_reach.map(|gaps| gaps * gap) {
+            let Some(about) = all.best().cloned() else { break };
+            let Some(spacing) = GridConstraint::spacing(problem, data, places, &about) else { break };
+            let share = (reach / (high - low)).min(THRESHOLDS.most_grid_stretch);
+            for shift in side(shifts) {
+                let shifted = about[ahead.index] + reach * shift;
+                let shifted = places.moved(problem, &about, (ahead, shifted), Some(&spacing));
+                for stretch in side(stretches) {
+                    let step = shifted[grid] * (1.0 + stretch * share);
+                    let at = places.moved(problem, &shifted, (&places.grid, step), None);
+                    let cost = cost(&at);
+                    all.looked.push((at, cost));
+                }
+            }
+            all.apart[ahead.index] = reach / f64::from(shifts);
+            all.apart[grid] = about[grid] * share / f64::from(stretches);
+        }
+        all
+    }
+
+    /// The best of them.
+    pub fn best(&self) -> Option<&Vec<f64>> {
+        let finite = self.looked.iter().filter(|(_, cost)| cost.is_finite());
+        finite.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(best, _)| best)
+    }
+
+    /// By how much the number at `index` differs from `best` at most where the cost is below a limit: from one look to the next, at least.
+    pub fn spread(&self, index: usize, best: &[f64], limit: f64) -> f64 {
+        let near = self.looked.iter().filter(|(_, cost)| *cost <= limit);
+        let apart = self.apart.get(index).copied().unwrap_or(0.0);
+        near.map(|(at, _)| (at[index] - best[index]).abs()).fold(apart, f64::max)
+    }
+}
+
+/// Looks to each side at so many rows: of more, as many fewer.
+fn counts(rows: usize) -> [i32; 2] {
+    let share = (THRESHOLDS.joint_scan_rows as f64 / rows.max(1) as f64).min(1.0).sqrt();
+    THRESHOLDS.joint_scan_counts.map(|count| (f64::from(count) * share).ceil() as i32)
+}
