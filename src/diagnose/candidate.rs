@@ -18,8 +18,8 @@ use crate::model::Model;
 pub struct StartingPoints {
     template: Model,
     names: Vec<String>,
-    /// Cost on the part of the data looked at, and the start, best first.
-    starts: Vec<(f64, Model)>,
+    /// Best first.
+    starts: Vec<StartingPoint>,
     /// Whether the starts are ends of a way on a part of the data, and not places on it.
     is_on_part: bool,
     /// Whether they are ends of a brief fit on all training data.
@@ -28,11 +28,29 @@ pub struct StartingPoints {
     way: FitConfig,
 }
 
+/// One starting point.
+#[derive(Clone)]
+pub(crate) struct StartingPoint {
+    /// On the data that it was looked at on.
+    pub cost: f64,
+    pub model: Model,
+    /// Initial states on all training data; empty where those are not what it was looked at on.
+    pub locals: Vec<f64>,
+}
+
+impl StartingPoint {
+    /// Where a fit ended; `is_all` = on all training data.
+    pub(crate) fn at_end(end: Fit, problem: &Problem, is_all: bool) -> Self {
+        let model = problem.model(&end.globals);
+        Self { cost: end.cost, model, locals: if is_all { end.locals } else { Vec::new() } }
+    }
+}
+
 impl StartingPoints {
     /// The least cost seen on the part of the data looked at.
     #[must_use]
     pub fn cost(&self) -> f64 {
-        self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
+        self.starts.first().map_or(f64::INFINITY, |start| start.cost)
     }
 
     /// Whether the cost is that of a brief fit on all training data.
@@ -52,9 +70,9 @@ impl StartingPoints {
     }
 
     /// The best start, and the second where it is as good.
-    fn best_starts(&self) -> impl Iterator<Item = &(f64, Model)> {
-        let limit = THRESHOLDS.second_start * self.starts.first().map_or(0.0, |(cost, _)| *cost);
-        self.starts.iter().take(2).filter(move |(cost, _)| *cost <= limit)
+    fn best_starts(&self) -> impl Iterator<Item = &StartingPoint> {
+        let limit = THRESHOLDS.second_start * self.starts.first().map_or(0.0, |start| start.cost);
+        self.starts.iter().take(2).filter(move |start| start.cost <= limit)
     }
 }
 
@@ -107,7 +125,7 @@ impl Candidate<'_> {
         }
         let names = self.names_in(&self.inside(&template), split.train.is_rotor());
         let starts = if fresh.is_empty() {
-            vec![(0.0, template.clone())]
+            vec![StartingPoint { cost: 0.0, model: template.clone(), locals: Vec::new() }]
         } else {
             self.ranked_starts(self.starts(&template, &fresh, split), &names, split)
         };
@@ -144,12 +162,13 @@ impl Candidate<'_> {
             &self.inside(&starting_points.template),
         );
         let config = FitConfig { goal, ..THRESHOLDS.brief_fit };
-        let from_start = |(_, model): &(f64, Model)| {
-            let end = fit(&problem, &self.frees(&starting_points.names, model), None, &config);
-            (end.cost, problem.model(&end.globals))
+        let from_start = |start: &StartingPoint| {
+            let frees = self.frees(&starting_points.names, &start.model);
+            let locals = on_all.then_some(start.locals.as_slice());
+            StartingPoint::at_end(fit(&problem, &frees, locals, &config), &problem, on_all)
         };
-        let mut starts: Vec<(f64, Model)> = starting_points.best_starts().map(from_start).collect();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut starts: Vec<StartingPoint> = starting_points.best_starts().map(from_start).collect();
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         starts.truncate(1);
         StartingPoints {
             starts,
@@ -191,9 +210,10 @@ impl Candidate<'_> {
             // A part that is not like the rest leads astray.
             end.filter(|end| problem.cost_of(end) < problem.cost_of(model)).unwrap_or_else(|| model.clone())
         };
-        let ends = starting_points
-            .best_starts()
-            .map(|(_, model)| fit_from(&problem, &self.frees(names, &near(model)), None, &to_the_end, None));
+        let ends = starting_points.best_starts().map(|start| {
+            let frees = self.frees(names, &near(&start.model));
+            fit_from(&problem, &frees, Some(&start.locals), &to_the_end, None)
+        });
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         let from_template =
             || fit_from(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);

@@ -1,6 +1,7 @@
 //! Where the fit of a candidate starts: from the model it goes out from and from its base as it was, with each value that the card
 //! of a fresh effect names or a scan finds.
 
+use super::candidate::StartingPoint;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::grid_search;
@@ -86,17 +87,17 @@ impl Candidate<'_> {
         starts: Vec<Model>,
         names: &[String],
         split: &DataSplit,
-    ) -> Vec<(f64, Model)> {
+    ) -> Vec<StartingPoint> {
         let Some(first) = starts.first() else { return Vec::new() };
         let data = split.coarse.as_ref().unwrap_or(&split.train);
         let problem = Problem::new(data, first.clone(), names.to_vec(), &self.inside(first));
         let cost_and_end = |model: &Model| {
             let model = &self.weakened(model, &problem);
             let end = fit(&problem, &self.frees(names, model), None, &THRESHOLDS.start_fit);
-            (end.cost, problem.model(&end.globals))
+            StartingPoint::at_end(end, &problem, split.coarse.is_none())
         };
-        let mut ranked: Vec<(f64, Model)> = starts.iter().map(cost_and_end).collect();
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut ranked: Vec<StartingPoint> = starts.iter().map(cost_and_end).collect();
+        ranked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         ranked
     }
 

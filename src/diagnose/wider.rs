@@ -28,7 +28,9 @@ impl Search<'_> {
             }
             let front = least(split, fits, depth, THRESHOLDS.wide_beam);
             let groups = self.one_deeper(&front, fits, base);
-            let best = of_size(fits, depth + 1).map(|fitted| fitted.fit.cost).fold(f64::INFINITY, f64::min);
+            // The one that leaves least of what it was fitted on may have bent to it: what is held out says which one is best.
+            let best = least(split, fits, depth + 1, 1);
+            let best = best.first().map_or(f64::INFINITY, |fitted| fitted.fit.cost);
             let finalists = Finalists {
                 limit: THRESHOLDS.wide_reach * best,
                 ..Finalists::of(THRESHOLDS.wide_candidates)

@@ -58,3 +58,36 @@ fn a_long_log_is_fitted_on_all_of_it_in_the_end() {
     let fitted = candidate.run(&split);
     assert!((fitted.fit.cost / on_all - 1.0).abs() < 1e-3, "{} and {on_all}", fitted.fit.cost);
 }
+
+/// What one fit found of the initial states, the next one does not look for again: from none it would begin with a larger error, and may
+/// end elsewhere.
+#[test]
+fn a_fit_goes_on_with_the_initial_states_of_the_brief_one_before() {
+    let time: Vec<f64> = (0..ROWS).map(|row| 0.02 * row as f64).collect();
+    let command: Vec<f64> = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 7 * 3 % 5) as f64 / 4.0).collect();
+    let mut log = Dataset::new("here", "", time).expect("time rises");
+    let model = Model::paper();
+    // The paper's rotor, a row at a time, whose first reading is off by 200 rad/s.
+    let kept = (-model.actuator.pole * 0.02).exp();
+    let mut rate = 1124.5 * 0.4 + 447.1 * 0.4 * 0.4;
+    let rates = command.iter().map(|u| {
+        let steady = 1124.5 * u + 447.1 * u * u;
+        rate = steady + (rate - steady) * kept;
+        rate
+    });
+    let mut rates: Vec<f64> = rates.collect();
+    rates.rotate_right(1);
+    rates[0] += 200.0;
+    log.insert("command_1", command).expect("fits");
+    log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+    let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log.into()]))), None);
+    let base: Vec<String> = model.rotor_parameters().into_iter().map(str::to_owned).collect();
+    let candidate =
+        Candidate { from: &model, nominal: &model, effects: Vec::new(), base, known: &[], without: None };
+    let briefly = candidate.fit_briefly(candidate.starting_points(&split), &split, None);
+    let start = briefly.starts.first().expect("a start").clone();
+    assert_eq!(start.locals.len(), split.train.units().len());
+    let fitted = candidate.finish(briefly, &split);
+    assert!(fitted.fit.cost <= start.cost, "{} behind {}", fitted.fit.cost, start.cost);
+    assert!(fitted.fit.iterations < 3, "{} steps from where it ended", fitted.fit.iterations);
+}
