@@ -191,5 +191,9 @@ mod tests {
         let places = candidate.without_slope(grid, &names, &model);
         assert_eq!(places.laws_ahead, ["command_dead_zone"]);
         assert_eq!(names[places.ahead[0].index], "command_dead_zone.width");
+        for number in places.all() {
+            let parameter = candidate.parameter(&names[number.index]).expect("of the catalogue");
+            assert_eq!(number.bounds, parameter.bounds, "{}", parameter.name);
+        }
     }
 }

@@ -134,9 +134,7 @@ fn nearby(
     let (value, least) = fine(&mut cost, start[place.index], width, THRESHOLDS.grid_looks);
     let (limit, globals) = (limit_of(least), at(value));
     let (value, step) = (globals[place.index], globals[grid]);
-    // A number at zero has no size of its own.
-    let size = (value, value.abs().max(step));
-    let error = 0.5 * [1.0, -1.0].map(|sign| reach(&mut cost, size, sign, limit)).iter().sum::<f64>();
+    let error = standard_error(&mut cost, (value, place.bounds), step, limit);
     // Where nothing says how the step follows, nothing is known of it beside this number.
     let step_error = match &same_place {
         Some(_) => at(value + error)[grid] - step,
@@ -146,13 +144,26 @@ fn nearby(
     Nearby { globals, error, step_error, limit }
 }
 
-/// How far a value of this size can move to one side until its cost stays above a limit: as far as it goes, where it never does.
-fn reach(mut cost: impl FnMut(f64) -> f64, (value, size): (f64, f64), sign: f64, limit: f64) -> f64 {
-    let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * size;
-    // The cost has steps of its own: it may rise, and fall again further away.
-    let is_near = |count: &i32| cost(value + sign * step(*count)) <= limit;
-    let last = (0..THRESHOLDS.error_steps).rev().find(is_near);
-    last.map_or_else(|| step(0), |last| step(last + 1)).min(size)
+/// How far a number of a grid of this step can move until its cost stays above a limit; a side on which its bound comes first does not
+/// count.
+fn standard_error(
+    mut cost: impl FnMut(f64) -> f64,
+    (value, bounds): (f64, (f64, f64)),
+    step: f64,
+    limit: f64,
+) -> f64 {
+    // A number at zero has no size of its own.
+    let size = value.abs().max(step);
+    let mut reach = |sign: f64| {
+        let away = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * size;
+        // The cost has steps of its own: it may rise, and fall again further away.
+        let is_near = |count: &i32| cost(value + sign * away(*count)) <= limit;
+        let last = (0..THRESHOLDS.error_steps).rev().find(is_near);
+        last.map_or_else(|| away(0), |last| away(last + 1)).min(size)
+    };
+    let sides = [(reach(1.0), bounds.1 - value), (reach(-1.0), value - bounds.0)];
+    let inside: Vec<f64> = sides.iter().filter(|(reach, room)| reach < room).map(|side| side.0).collect();
+    if inside.is_empty() { bounds.1 - bounds.0 } else { inside.iter().sum::<f64>() / inside.len() as f64 }
 }
 
 /// What the numbers at `moves` take up of the residuals of a fit without its grid: on one they have no slope.
@@ -171,7 +182,7 @@ fn taken_up_without_grid(
 mod tests {
     use super::super::block_data::Runs;
     use super::super::rotor_block::rotor_runs;
-    use super::super::tests::{behind_a_dead_zone, noise};
+    use super::super::tests::{at_once, behind_a_dead_zone, noise};
     use super::*;
     use crate::estimation::output_error::{Free, fit};
     use crate::log::Dataset;
@@ -201,39 +212,78 @@ mod tests {
         data
     }
 
+    /// A fit that holds the step and the width at these numbers, before and after they are refined; and what the truth leaves.
+    fn refined(data: &BlockData, numbers: [f64; 2], places: &WithoutSlope) -> (Fit, Fit, f64) {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let inside: [&Effect; 2] = [effect("command_dead_zone"), effect("command_quantization")];
+        let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
+        let names = ["command_quantization.step", "command_dead_zone.width"].map(str::to_owned);
+        for (name, value) in names.iter().zip(numbers) {
+            template.set_parameter(name, value);
+        }
+        let problem = Problem::new(data, template, names.to_vec(), &inside);
+        let held = numbers.map(|start| Free { start, bounds: (start, start), scale: 1.0 });
+        let before = fit(&problem, &held, None, &THRESHOLDS.full_fit);
+        let mut after = before.clone();
+        refine_with_error(&problem, data, places, &[], &mut after);
+        let mut left = vec![0.0; problem.len()];
+        problem.residuals(&[STEP, WIDTH], &after.locals, &mut left);
+        (before, after, sum_of_squares(&left))
+    }
+
     /// Where one of thirty commands comes to another level a row too late, to move the width or the step alone makes it worse: from
     /// beside them both are found together, and their errors say how well.
     #[test]
     fn a_width_and_a_step_that_are_a_row_off_are_found_together() {
         let data = ramp();
-        let known = Model::paper().known_effects().expect("the catalogue");
-        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
-        let inside: [&Effect; 2] = [effect("command_dead_zone"), effect("command_quantization")];
-        let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
         for (width, step) in [(-2.7e-4, 8e-6), (3.5e-4, -1.1e-5)] {
-            template.set_parameter("command_dead_zone.width", WIDTH + width);
-            template.set_parameter("command_quantization.step", STEP + step);
-            let names = ["command_quantization.step", "command_dead_zone.width"].map(str::to_owned);
-            let problem = Problem::new(&data, template.clone(), names.to_vec(), &inside);
-            let held = |name: &String| {
-                let start = template.parameter(name).expect("put in");
-                Free { start, bounds: (start, start), scale: 1.0 }
-            };
-            let mut fitted = fit(&problem, &names.each_ref().map(held), None, &THRESHOLDS.full_fit);
-            let places = behind_a_dead_zone();
-            refine_with_error(&problem, &data, &places, &[], &mut fitted);
-            let (found, errors) = (&fitted.globals, &fitted.standard_errors);
-            let mut left = vec![0.0; problem.len()];
-            problem.residuals(&[STEP, WIDTH], &fitted.locals, &mut left);
-            let of_truth = sum_of_squares(&left);
+            let (_, fitted, of_truth) = refined(&data, [STEP + step, WIDTH + width], &behind_a_dead_zone());
             // A crossing that is a row off costs a tenth.
             assert!(fitted.cost < 1.02 * of_truth, "{} and {of_truth} of the truth", fitted.cost);
             for (at, (truth, most)) in [(STEP, 2e-5), (WIDTH, 4e-4)].into_iter().enumerate() {
-                let (found, error) = (found[at], errors[at]);
+                let (found, error) = (fitted.globals[at], fitted.standard_errors[at]);
                 assert!((found - truth).abs() < 3.0 * error, "{found} ± {error}, {truth} is right");
                 // The ramp goes on by 4e-4 from row to row.
                 assert!(error < most, "± {error}");
             }
         }
+    }
+
+    /// Of a parabola that reaches the limit 0.01 from its lowest point; what is looked at are places the root of two apart.
+    #[test]
+    fn an_error_is_how_far_a_number_may_go() {
+        for (value, bounds) in
+            [(0.1, (0.0, 0.5)), (0.0, (0.0, 0.5)), (0.004, (0.0, 0.5)), (-0.2, (-0.2, 0.5))]
+        {
+            // Beyond a bound it stays there.
+            let cost = |at: f64| ((at.max(bounds.0).min(bounds.1) - value) / 0.01).powi(2);
+            let error = standard_error(cost, (value, bounds), STEP, 1.0);
+            assert!((0.01..0.0142).contains(&error), "{value} within {bounds:?}: {error}");
+        }
+        assert_eq!(
+            standard_error(|_| 0.0, (0.01, (0.0, 0.03)), STEP, 1.0),
+            0.03,
+            "anywhere within its bounds"
+        );
+    }
+
+    /// Bounds that leave out where the numbers are move them to worse ones.
+    #[test]
+    fn what_makes_a_fit_worse_is_not_kept() {
+        let data = ramp();
+        let mut places = behind_a_dead_zone();
+        places.ahead[0].bounds.0 = 0.2;
+        let (before, after, _) = refined(&data, [STEP, WIDTH], &places);
+        assert_eq!((after.globals, after.cost), (before.globals, before.cost));
+    }
+
+    /// No command gets through: nothing says how the step would follow the width.
+    #[test]
+    fn of_a_grid_that_no_command_comes_to_nothing_is_known() {
+        let mut data = at_once((0..400).map(|row| 0.3 * f64::from(row) / 399.0));
+        data.sigma[0] = 1.0;
+        let (_, after, _) = refined(&data, [STEP, 0.4], &behind_a_dead_zone());
+        assert_eq!(after.standard_errors[0], f64::INFINITY);
     }
 }

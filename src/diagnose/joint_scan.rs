@@ -93,3 +93,41 @@ fn counts(rows: usize) -> [i32; 2] {
     let share = (THRESHOLDS.joint_scan_rows as f64 / rows.max(1) as f64).min(1.0).sqrt();
     THRESHOLDS.joint_scan_counts.map(|count| (f64::from(count) * share).ceil() as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at_once, behind_a_dead_zone};
+    use super::*;
+    use crate::model::{Effect, Model};
+
+    /// They are half their range apart: so much longer and shorter a step would be none.
+    #[test]
+    fn over_three_levels_no_step_of_nothing_is_looked_at() {
+        let data = at_once((0..600).map(|row| 0.3 + 0.3 * f64::from(row / 20 % 3)));
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let ids = ["command_dead_zone", "command_quantization"];
+        let inside: Vec<&Effect> = known.iter().filter(|effect| ids.contains(&effect.id.as_str())).collect();
+        let template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
+        let names = ["command_quantization.step", "command_dead_zone.width"].map(str::to_owned);
+        let problem = Problem::new(&data, template, names.to_vec(), &inside);
+        let (mut steps, start) = (Vec::new(), [0.05, 0.02]);
+        let mut cost = |numbers: &[f64]| {
+            steps.push(numbers[0]);
+            (numbers[0] - start[0]).abs() + (numbers[1] - start[1]).abs()
+        };
+        let scan =
+            JointScan::around(&problem, &data, &behind_a_dead_zone(), &start, (&mut cost, |cost| cost));
+        assert_eq!(scan.best(), Some(&start.to_vec()));
+        // The width moves by 0.6 at most, up to its bound of 0.5: half of all commands are behind it, and the step follows.
+        assert!(steps.len() > 100 && steps.iter().all(|step| *step > 0.3 * start[0]), "{steps:?}");
+        // Up to the limit the best and those a look apart are the same.
+        assert!(scan.spread(1, &start, 0.0) > 0.0);
+    }
+
+    #[test]
+    fn of_four_times_the_rows_it_takes_a_quarter_of_the_looks() {
+        let full = THRESHOLDS.joint_scan_counts;
+        assert_eq!(counts(THRESHOLDS.joint_scan_rows / 2), full);
+        assert_eq!(counts(4 * THRESHOLDS.joint_scan_rows), full.map(|count| count / 2));
+    }
+}

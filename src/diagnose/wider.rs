@@ -28,13 +28,8 @@ impl Search<'_> {
             }
             let front = least(split, fits, depth, THRESHOLDS.wide_beam);
             let groups = self.one_deeper(&front, fits, base);
-            // The one that leaves least of what it was fitted on may have bent to it: what is held out says which one is best.
-            let best = least(split, fits, depth + 1, 1);
-            let best = best.first().map_or(f64::INFINITY, |fitted| fitted.fit.cost);
-            let finalists = Finalists {
-                limit: THRESHOLDS.wide_reach * best,
-                ..Finalists::of(THRESHOLDS.wide_candidates)
-            };
+            let limit = reach(split, fits, depth + 1);
+            let finalists = Finalists { limit, ..Finalists::of(THRESHOLDS.wide_candidates) };
             fits.extend(run_promising(&groups, finalists, (split, looks), self.progress));
         }
         for _ in 0..THRESHOLDS.most_exchanges {
@@ -89,6 +84,13 @@ impl Search<'_> {
     }
 }
 
+/// Training cost beyond which a set of so many effects is out of reach of the best known. The one that leaves least of what it was fitted
+/// on may have bent to it: what is held out counts, too.
+fn reach(split: &DataSplit, fits: &[CandidateFit], effects: usize) -> f64 {
+    let best = least(split, fits, effects, 1);
+    best.first().map_or(f64::INFINITY, |fitted| THRESHOLDS.wide_reach * fitted.fit.cost)
+}
+
 /// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.
 fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) -> Vec<CandidateFit> {
     let mut sets: Vec<(f64, &CandidateFit)> =
@@ -101,4 +103,24 @@ fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) 
 
 fn of_size(fits: &[CandidateFit], effects: usize) -> impl Iterator<Item = &CandidateFit> {
     fits.iter().filter(move |fitted| fitted.effects.len() == effects)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{ROWS, leaves, noise, split};
+    use super::*;
+
+    #[test]
+    fn a_set_that_bent_to_what_it_was_fitted_on_puts_none_out_of_reach() {
+        let split = split();
+        let set = |effects: &[&str], fitted: f64, held_out: f64| {
+            let leaves = |size: f64| leaves((0..ROWS).map(|row| size * noise(row)).collect());
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            CandidateFit { effects, held_out: leaves(held_out).fit, ..leaves(fitted) }
+        };
+        let (bent, plain) = (set(&["a", "b"], 1.0, 20.0), set(&["a", "c"], 2.0, 2.0));
+        let cost = plain.fit.cost;
+        assert_eq!(reach(&split, &[bent, plain], 2), THRESHOLDS.wide_reach * cost);
+        assert_eq!(reach(&split, &[], 2), f64::INFINITY, "none is known");
+    }
 }

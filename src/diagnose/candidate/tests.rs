@@ -1,6 +1,7 @@
 use crate::diagnose::block_data::Runs;
 use crate::diagnose::candidate::*;
 use crate::diagnose::rotor_block::rotor_runs;
+use crate::diagnose::tests::at_once;
 use crate::log::Dataset;
 
 const ROWS: usize = 3000;
@@ -85,9 +86,41 @@ fn a_fit_goes_on_with_the_initial_states_of_the_brief_one_before() {
     let candidate =
         Candidate { from: &model, nominal: &model, effects: Vec::new(), base, known: &[], without: None };
     let briefly = candidate.fit_briefly(candidate.starting_points(&split), &split, None);
+    assert!(briefly.is_fitted_on_all());
     let start = briefly.starts.first().expect("a start").clone();
     assert_eq!(start.locals.len(), split.train.units().len());
     let fitted = candidate.finish(briefly, &split);
     assert!(fitted.fit.cost <= start.cost, "{} behind {}", fitted.fit.cost, start.cost);
     assert!(fitted.fit.iterations < 3, "{} steps from where it ended", fitted.fit.iterations);
+}
+
+/// A grid puts the number ahead of it where it lies, whatever value the card of that one begins with: one start each.
+#[test]
+fn starts_with_a_grid_are_not_repeated() {
+    let known = Model::paper().known_effects().expect("the catalogue");
+    let effects =
+        ["command_dead_zone", "command_quantization"].map(|id| known.iter().find(|effect| effect.id == id));
+    let effects: Vec<_> = effects.into_iter().flatten().collect();
+    let mut data = at_once((0..600).map(|row| row as f64 / 599.0));
+    data.sigma[0] = 1.0;
+    let (model, split) = (Model::paper(), DataSplit::new(data.clone(), Some(data)));
+    let base = Vec::new();
+    let candidate = Candidate {
+        from: &model,
+        nominal: &model,
+        effects: effects.clone(),
+        base,
+        known: &known,
+        without: None,
+    };
+    let template = effects.iter().fold(model.clone(), |model, effect| model.with(effect));
+    let starts = candidate.starts(&template, &effects, &split);
+    let on_a_grid = |model: &&Model| model.parameter("command_quantization.step") > Some(0.0);
+    assert!(starts.iter().filter(on_a_grid).count() > 1, "{}", starts.len());
+    for (index, start) in starts.iter().enumerate() {
+        assert!(!starts[..index].contains(start), "{index} of {}", starts.len());
+    }
+    let looked_at = candidate.starting_points(&split);
+    assert!(!looked_at.is_fitted_on_all(), "they were only looked at");
+    assert_eq!(looked_at.starts[0].locals.len(), split.train.units().len());
 }
