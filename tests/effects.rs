@@ -100,7 +100,12 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
                             &parameters,
                             &Point { steady_rate: 1.0, torque: 0.1, ..point },
                         );
-                        let state = (memory.advance)(&parameters, state, &point, 0.01);
+                        let state = (memory.advance)(
+                            &parameters,
+                            state,
+                            &point,
+                            (memory.transition)(&parameters, 0.01),
+                        );
                         // A limit of infinity times no time is the only way to leave a lag behind.
                         (memory.add)(&parameters, state, &point)
                     }
@@ -175,7 +180,7 @@ fn behind_a_step(memory: &Memory, pole: f64) -> f64 {
         ..Point::default()
     };
     let rest = (memory.steady_state)(&[pole], &at(0.0));
-    let state = (memory.advance)(&[pole], rest, &at(1.0), 0.1);
+    let state = (memory.advance)(&[pole], rest, &at(1.0), (memory.transition)(&[pole], 0.1));
     -(memory.add)(&[pole], state, &at(1.0))
 }
 

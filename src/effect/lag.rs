@@ -23,9 +23,11 @@ macro_rules! lag {
         fn steady_state(_: &[f64], point: &$crate::effect::Point) -> f64 {
             point.$quantity
         }
-        fn advance(parameters: &[f64], state: f64, point: &$crate::effect::Point, span: f64) -> f64 {
-            let [pole] = *parameters else { return point.$quantity };
-            state + (point.$quantity - state) * $crate::effect::step_response(pole, span)
+        fn transition(parameters: &[f64], span: f64) -> f64 {
+            parameters.first().map_or(1.0, |pole| $crate::effect::step_response(*pole, span))
+        }
+        fn advance(_: &[f64], state: f64, point: &$crate::effect::Point, share: f64) -> f64 {
+            state + (point.$quantity - state) * share
         }
         fn add(_: &[f64], state: f64, point: &$crate::effect::Point) -> f64 {
             state - point.$quantity
@@ -33,6 +35,6 @@ macro_rules! lag {
         fn rate(parameters: &[f64]) -> f64 {
             parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
         }
-        $crate::effect::Memory { steady_state, advance, add, rate, slow: $slow }
+        $crate::effect::Memory { steady_state, transition, advance, add, rate, slow: $slow }
     }};
 }

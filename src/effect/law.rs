@@ -15,7 +15,9 @@ pub(super) fn constant(parameters: &[f64], _: &Point) -> f64 {
 pub struct Memory {
     /// The steady state at a point.
     pub steady_state: fn(&[f64], &Point) -> f64,
-    /// The state a span [s] later, the point held.
+    /// What a span [s] makes of it, whatever the point: of a lag the share of the way that it goes, of a ramp the most that it does.
+    pub transition: fn(&[f64], f64) -> f64,
+    /// The state after a span with this transition, the point held.
     pub advance: fn(&[f64], f64, &Point, f64) -> f64,
     /// What it adds to its site.
     pub add: fn(&[f64], f64, &Point) -> f64,

@@ -19,6 +19,7 @@ mod syntax;
 
 pub use card::{Card, Parameter, Symmetry, Term};
 pub use expression::{Expression, ExpressionError};
+use functions::response_after;
 pub use functions::step_response;
 pub(crate) use functions::{RowResponse, SAME_SPAN, sin, tanh};
 use law::constant;

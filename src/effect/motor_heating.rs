@@ -1,6 +1,6 @@
 //! The motor weakens as it warms up.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, step_response};
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, response_after};
 use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
@@ -35,7 +35,7 @@ pub(super) static CARD: Card = Card {
             meaning: "how slowly it warms",
         },
     ],
-    law: Law::Memory(Memory { steady_state, advance, add, rate, slow: true }),
+    law: Law::Memory(Memory { steady_state, transition, advance, add, rate, slow: true }),
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
@@ -54,9 +54,12 @@ fn steady_state(_: &[f64], point: &Point) -> f64 {
     (point.propeller_rate / point.hover_rate).powi(3)
 }
 
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [_, time_constant] = *parameters else { return state };
-    state + (steady_state(parameters, point) - state) * step_response(1.0 / time_constant, span)
+fn transition(parameters: &[f64], span: f64) -> f64 {
+    parameters.get(1).map_or(0.0, |time_constant| response_after(span / time_constant))
+}
+
+fn advance(parameters: &[f64], state: f64, point: &Point, share: f64) -> f64 {
+    state + (steady_state(parameters, point) - state) * share
 }
 
 fn add(parameters: &[f64], state: f64, point: &Point) -> f64 {

@@ -21,7 +21,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "fastest change of the steady rate",
     }],
-    law: Law::Memory(Memory { steady_state, advance, add, rate, slow: false }),
+    law: Law::Memory(Memory { steady_state, transition, advance, add, rate, slow: false }),
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
@@ -39,9 +39,11 @@ fn steady_state(_: &[f64], point: &Point) -> f64 {
     point.steady_rate
 }
 
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [rate] = *parameters else { return point.steady_rate };
-    let most = (rate * span).abs();
+fn transition(parameters: &[f64], span: f64) -> f64 {
+    parameters.first().map_or(f64::INFINITY, |rate| (rate * span).abs())
+}
+
+fn advance(_: &[f64], state: f64, point: &Point, most: f64) -> f64 {
     state + (point.steady_rate - state).clamp(-most, most)
 }
 

@@ -78,9 +78,26 @@ impl Remembers<'_> {
     /// The state a span [s] later, the point held.
     #[inline]
     pub(super) fn advance(&self, state: f64, point: &Point, span: f64) -> f64 {
+        self.advance_by(state, point, self.transition(span))
+    }
+
+    /// What spans of one length [s] have in common.
+    #[inline]
+    pub(super) fn transition(&self, span: f64) -> f64 {
         match self {
-            Self::Law(memory, parameters) => (memory.advance)(parameters, state, point, span),
-            Self::Own(expression, parameters) => memory_after(expression, parameters, state, point, span),
+            Self::Law(memory, parameters) => (memory.transition)(parameters, span),
+            Self::Own(..) => span,
+        }
+    }
+
+    /// The state after a span with this transition, the point held.
+    #[inline]
+    pub(super) fn advance_by(&self, state: f64, point: &Point, transition: f64) -> f64 {
+        match self {
+            Self::Law(memory, parameters) => (memory.advance)(parameters, state, point, transition),
+            Self::Own(expression, parameters) => {
+                memory_after(expression, parameters, state, point, transition)
+            }
         }
     }
 

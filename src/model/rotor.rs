@@ -1,11 +1,11 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::Equations;
-use super::rotor_stride::Stride;
+use super::rotor_stride::{Stride, Strides};
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::runge_kutta;
 use crate::cancel;
-use crate::effect::{Point, RowResponse, SAME_SPAN};
+use crate::effect::{Point, RowResponse};
 
 /// Steps between two rows of a ramp.
 const RAMP_STEPS: usize = 8;
@@ -63,8 +63,7 @@ impl Equations {
         let mut sensor = point;
         // A law without memory, one of the user's, may look at what changes from row to row.
         let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());
-        let fastest = self.fastest();
-        let mut stride = self.stride(0.0, fastest);
+        let mut strides = Strides::of(self);
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
@@ -92,12 +91,9 @@ impl Equations {
                 }
                 point.steady_rate = waits.unwrap_or(point.steady_rate);
                 let span = to - from;
-                // Rows of one interval share the exponential and the steps.
-                if (stride.span - span).abs() > SAME_SPAN * span {
-                    stride = self.stride(span, fastest);
-                }
                 let before = state.rate;
-                let gone = self.go_through(&mut state, &mut point, &stride, span);
+                let gone =
+                    self.go_through(&mut state, &mut point, strides.over(span), (span, trace.wants_means()));
                 turned += gone;
                 // Only where they are asked for: two divisions more a row.
                 if wants_squares {
@@ -141,7 +137,7 @@ impl Equations {
 
     /// Whether the rotor is a first-order lag, a dead time apart.
     #[inline]
-    fn is_lag(&self) -> bool {
+    pub(super) fn is_lag(&self) -> bool {
         self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty()
     }
 
@@ -155,17 +151,17 @@ impl Equations {
         row
     }
 
-    /// Goes through a `span` [s] of held inputs; the integral of the rate over it.
+    /// Goes through a `span` [s] of held inputs; the integral of the rate over it, where that is wanted.
     #[inline]
     pub(super) fn go_through(
         &self,
         state: &mut RotorState,
         point: &mut Point,
         stride: &Stride,
-        span: f64,
+        (span, wants_mean): (f64, bool),
     ) -> f64 {
         if !self.is_lag() {
-            return self.advance(state, point, stride);
+            return self.advance(state, point, stride, wants_mean);
         }
         let way = point.steady_rate - state.rate;
         state.rate += way * stride.response;
@@ -271,42 +267,56 @@ impl Equations {
     }
 
     /// Advances every state over a span in which command and voltage hold; answers the angle turned [rad].
-    fn advance(&self, state: &mut RotorState, point: &mut Point, stride: &Stride) -> f64 {
+    fn advance(&self, state: &mut RotorState, point: &mut Point, stride: &Stride, wants_mean: bool) -> f64 {
         let (step, held) = (stride.step, point.steady_rate);
+        let wants_mean = wants_mean || !self.rotor_sensor.is_empty();
         let mut turned = 0.0;
         for _ in 0..stride.count {
             let before = state.rate;
             point.propeller_rate = before;
-            let z = self.steady_over(state, point, held, step);
+            let z = self.steady_over(state, point, held, stride);
             state.rate = self.accelerate(before, point, z, stride);
+            if !wants_mean {
+                continue;
+            }
             // The slopes at both ends bend the straight line: the pole is what bends it most.
             let bend = self.pole * ((z[0] - before) - (z[2] - state.rate));
             let mean = 0.5 * (before + state.rate) + step * bend * (1.0 / 12.0);
             turned += step * mean;
             if !self.rotor_sensor.is_empty() {
                 (point.propeller_rate, point.steady_rate) = (mean, held);
-                self.advance_sensor(state, point, step);
+                self.advance_sensor(state, point, &stride.sensor);
             }
         }
         turned
     }
 
     /// z at the begin, the middle and the end of a step, the memories on the way advanced.
-    fn steady_over(&self, state: &mut RotorState, point: &mut Point, held: f64, step: f64) -> [f64; 3] {
+    fn steady_over(&self, state: &mut RotorState, point: &mut Point, held: f64, stride: &Stride) -> [f64; 3] {
         let mut z = [held; 3];
-        for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
+        // Until a law remembers, z is the same all the way.
+        let mut is_held = true;
+        for ((hook, memory_state), transition) in
+            self.steady.iter().zip(&mut state.steady).zip(&stride.half_steady)
+        {
             let Some(memory) = hook.memory() else {
+                if is_held {
+                    point.steady_rate = z[0];
+                    z = [z[0] + hook.add(point); 3];
+                    continue;
+                }
                 for value in &mut z {
                     point.steady_rate = *value;
                     *value += hook.add(point);
                 }
                 continue;
             };
+            is_held = false;
             let mut added = [0.0; 3];
             for (node, add) in added.iter_mut().enumerate() {
                 if node > 0 {
                     point.steady_rate = 0.5 * (z[node - 1] + z[node]);
-                    *memory_state = memory.advance(*memory_state, point, 0.5 * step);
+                    *memory_state = memory.advance_by(*memory_state, point, *transition);
                 }
                 point.steady_rate = z[node];
                 *add = memory.add(*memory_state, point);
@@ -342,22 +352,24 @@ impl Equations {
         let mut state =
             self.initial_state(point, &RotorStart { rate: rates.first().copied(), ..RotorStart::default() });
         for (times, rates) in time.windows(2).zip(rates.windows(2)) {
-            let step = (times[1] - times[0]) / RAMP_STEPS as f64;
+            let transitions = self.sensor_transitions((times[1] - times[0]) / RAMP_STEPS as f64);
             for part in 0..RAMP_STEPS {
                 let share = (part as f64 + 0.5) / RAMP_STEPS as f64;
                 point.propeller_rate = rates[0] + (rates[1] - rates[0]) * share;
-                self.advance_sensor(&mut state, &mut point, step);
+                self.advance_sensor(&mut state, &mut point, &transitions);
             }
             state.rate = rates[1];
         }
         self.sensed(&state, &mut point)
     }
 
-    fn advance_sensor(&self, state: &mut RotorState, mean: &mut Point, step: f64) {
-        for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
+    fn advance_sensor(&self, state: &mut RotorState, mean: &mut Point, transitions: &[f64; MOST_STATES]) {
+        for ((hook, memory_state), transition) in
+            self.rotor_sensor.iter().zip(&mut state.sensor).zip(transitions)
+        {
             mean.propeller_rate += match hook.memory() {
                 Some(memory) => {
-                    *memory_state = memory.advance(*memory_state, mean, step);
+                    *memory_state = memory.advance_by(*memory_state, mean, *transition);
                     memory.add(*memory_state, mean)
                 }
                 None => hook.add(mean),

@@ -66,7 +66,7 @@ impl Member {
         }
         if span > 0.0 {
             let stride = equations.stride(span, equations.fastest());
-            equations.go_through(&mut state.rotor, &mut point, &stride, span);
+            equations.go_through(&mut state.rotor, &mut point, &stride, (span, false));
             // A standing motor is not driven backwards by a weak battery.
             state.rotor.rate = state.rotor.rate.max(0.0);
             state.time += span;

@@ -1,8 +1,9 @@
 //! How far apart the steps of a rotor's free run are.
 
-use super::equations::Equations;
+use super::equations::{Equations, Hook};
+use super::rotor_trace::MOST_STATES;
 use super::runge_kutta::step_weights;
-use crate::effect::step_response;
+use crate::effect::{SAME_SPAN, step_response};
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
@@ -22,6 +23,55 @@ pub(super) struct Stride {
     pub(super) weights: [f64; 3],
     /// The step response of the lag after the whole span.
     pub(super) response: f64,
+    /// Transitions of the laws with memory on the steady rate, over half a step.
+    pub(super) half_steady: [f64; MOST_STATES],
+    /// Transitions of those on the sensor, over a step.
+    pub(super) sensor: [f64; MOST_STATES],
+}
+
+impl Stride {
+    const NONE: Self = Self {
+        span: f64::NAN,
+        count: 0,
+        step: 0.0,
+        weights: [0.0; 3],
+        response: 0.0,
+        half_steady: [0.0; MOST_STATES],
+        sensor: [0.0; MOST_STATES],
+    };
+
+    /// Whether it is that of a span [s].
+    fn is_of(&self, span: f64) -> bool {
+        (self.span - span).abs() <= SAME_SPAN * span
+    }
+}
+
+/// Strides of the last two spans: rows of one interval share the exponentials and the steps, and a dead time cuts each row in two.
+pub(super) struct Strides<'a> {
+    equations: &'a Equations,
+    fastest: f64,
+    last: [Stride; 2],
+    /// The one gone through last.
+    at: usize,
+}
+
+impl<'a> Strides<'a> {
+    pub(super) fn of(equations: &'a Equations) -> Self {
+        let fastest = equations.fastest();
+        Self { equations, fastest, last: [Stride::NONE; 2], at: 0 }
+    }
+
+    /// That of a span [s].
+    #[inline]
+    pub(super) fn over(&mut self, span: f64) -> &Stride {
+        if !self.last[self.at].is_of(span) {
+            self.at ^= 1;
+            if !self.last[self.at].is_of(span) {
+                self.equations.set_stride(&mut self.last[self.at], span, self.fastest);
+            }
+        }
+        &self.last[self.at]
+    }
 }
 
 impl Equations {
@@ -36,20 +86,45 @@ impl Equations {
 
     /// How a span is gone through.
     pub(super) fn stride(&self, span: f64, fastest: f64) -> Stride {
-        // Rows that are one step apart, as most are, are not rounded up: an uneven clock asks for each of them.
-        let steps = if span * fastest <= STEP_SHARE {
-            1.0
+        let mut stride = Stride::NONE;
+        self.set_stride(&mut stride, span, fastest);
+        stride
+    }
+
+    /// Makes a stride that of a span: an uneven clock asks for one of each row, which are not worth a copy.
+    fn set_stride(&self, stride: &mut Stride, span: f64, fastest: f64) {
+        stride.span = span;
+        if self.is_lag() {
+            stride.response = step_response(self.pole, span);
+            return;
+        }
+        // Rows that are one step apart, as most are, are not rounded up, nor divided.
+        (stride.count, stride.step) = if span * fastest <= STEP_SHARE {
+            (1, span)
         } else {
             let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
-            (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest)
+            let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
+            (steps as usize, span / steps)
         };
-        let step = span / steps;
-        Stride {
-            span,
-            count: steps as usize,
-            step,
-            weights: step_weights(self.pole * step),
-            response: step_response(self.pole, span),
+        stride.weights = step_weights(self.pole * stride.step);
+        set_transitions(&self.steady, 0.5 * stride.step, &mut stride.half_steady);
+        set_transitions(&self.rotor_sensor, stride.step, &mut stride.sensor);
+    }
+
+    /// Transitions over a step [s] of laws with memory on the rotor's sensor.
+    pub(super) fn sensor_transitions(&self, step: f64) -> [f64; MOST_STATES] {
+        let mut transitions = [0.0; MOST_STATES];
+        set_transitions(&self.rotor_sensor, step, &mut transitions);
+        transitions
+    }
+}
+
+/// Transitions over a span [s] of laws with memory, each at its place.
+#[inline]
+fn set_transitions(hooks: &[Hook], span: f64, transitions: &mut [f64; MOST_STATES]) {
+    for (transition, hook) in transitions.iter_mut().zip(hooks) {
+        if let Some(memory) = hook.memory() {
+            *transition = memory.transition(span);
         }
     }
 }

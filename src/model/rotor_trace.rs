@@ -91,6 +91,9 @@ pub(super) trait TakeDown {
     /// Whether it takes down the mean of the squared rate: two divisions more a row.
     fn wants_squares(&self) -> bool;
 
+    /// Whether it takes down what the rotor turned by.
+    fn wants_means(&self) -> bool;
+
     /// At a row: rate and what its sensor would read [rad/s].
     fn row(&mut self, rate: f64, measured: f64);
 
@@ -104,6 +107,10 @@ pub(super) trait TakeDown {
 impl TakeDown for RotorTrace {
     fn wants_squares(&self) -> bool {
         self.mean_square.is_some()
+    }
+
+    fn wants_means(&self) -> bool {
+        true
     }
 
     fn row(&mut self, rate: f64, measured: f64) {
@@ -135,6 +142,10 @@ pub(super) struct Readings<'a> {
 
 impl TakeDown for Readings<'_> {
     fn wants_squares(&self) -> bool {
+        false
+    }
+
+    fn wants_means(&self) -> bool {
         false
     }
 

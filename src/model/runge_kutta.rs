@@ -1,11 +1,13 @@
 //! The classical Runge-Kutta step (Kutta 1901) of a rate that goes to a moving z.
 
+const SIXTH: f64 = 1.0 / 6.0;
+
 /// What one classical Runge-Kutta step of the bare law goes of the ways to z at its begin, middle and end: of a linear law it
 /// is a sum, whose weights a span has in common. `way` is pole times step. As [`runge_kutta`], in a third of the time.
 pub(super) fn step_weights(way: f64) -> [f64; 3] {
     let begin = way * (1.0 - way * (1.0 - way * (0.5 - 0.25 * way)));
     let middle = way * (4.0 - way * (2.0 - 0.5 * way));
-    [begin / 6.0, middle / 6.0, way / 6.0]
+    [begin * SIXTH, middle * SIXTH, way * SIXTH]
 }
 
 /// One classical Runge-Kutta step of a rate whose acceleration depends on itself and on z, which is given at the begin,

@@ -3,6 +3,7 @@ use crate::model::*;
 mod ended;
 mod memory;
 mod order;
+mod rotor_stride;
 mod sensors;
 mod stride;
 

@@ -1,0 +1,105 @@
+//! Steps between the rows of an uneven clock, against the same equations in steps of a fortieth of a row.
+
+use super::*;
+
+/// A law of every kind that a rotor's free run goes through, strong: a motor that warms within a second, a lag behind
+/// that, a pole that follows the speed, and telemetry behind the rate.
+fn model(laws: &[(&str, &str, f64)]) -> Model {
+    let mut model = Model::paper();
+    for (id, parameter, value) in laws {
+        if !model.has(id) {
+            model = model.with(&model.effect(id).expect("known"));
+        }
+        model.set_parameter(&format!("{id}.{parameter}"), *value);
+    }
+    model
+}
+
+const HEAT: [(&str, &str, f64); 2] =
+    [("motor_heating", "gain", 0.05), ("motor_heating", "time_constant", 1.0)];
+const LAG: (&str, &str, f64) = ("second_order_lag", "pole", 60.0);
+const LATE: (&str, &str, f64) = ("transport_delay", "delay", 0.013);
+const DRAG: (&str, &str, f64) = ("speed_dependent_pole", "slope", 0.5);
+const TELEMETRY: (&str, &str, f64) = ("telemetry_lag", "pole", 40.0);
+
+/// [rad/s] not at the steady rate, of which each law has its own.
+const START: RotorStart = RotorStart { rate: Some(500.0), slow: 0.0, before: None, is_first: false };
+
+/// Rows at intervals that come back in turns and singly, each cut into parts; a command for each row.
+fn clock(parts: usize) -> (Vec<f64>, Vec<f64>) {
+    let intervals = [0.010, 0.010, 0.014, 0.010, 0.014, 0.007, 0.021, 0.0101];
+    let (mut time, mut command, mut at) = (Vec::new(), Vec::new(), 0.0);
+    for row in 0..240 {
+        let interval: f64 = intervals[row % intervals.len()];
+        for part in 0..parts {
+            time.push(at + interval * part as f64 / parts as f64);
+            command.push(0.4 + 0.03 * ((row / 6 * 5) % 7) as f64);
+        }
+        at += interval;
+    }
+    (time, command)
+}
+
+fn run(model: &Model, parts: usize) -> RotorTrace {
+    let (time, command) = clock(parts);
+    let input = RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
+    let mut trace = RotorTrace::default();
+    model.equations().expect("binds").simulate_rotor(&input, &START, &mut trace);
+    trace
+}
+
+#[test]
+fn each_interval_of_an_uneven_clock_has_its_own_steps() {
+    for laws in [
+        &HEAT[..],
+        &[HEAT[0], HEAT[1], LATE],
+        &[LAG, LATE],
+        &[DRAG, TELEMETRY, LATE],
+        &[HEAT[0], HEAT[1], LAG, DRAG, TELEMETRY, LATE],
+    ] {
+        let model = model(laws);
+        let (rows, parts) = (run(&model, 1), run(&model, 40));
+        let spread =
+            |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max((value - values[0]).abs()));
+        for (name, rows, parts) in
+            [("rate", &rows.rate, &parts.rate), ("reading", &rows.measured, &parts.measured)]
+        {
+            let apart = rows.iter().zip(parts.iter().step_by(40)).map(|(row, part)| (row - part).abs());
+            let apart = apart.fold(0.0, f64::max);
+            // What a step leaves whose warmth goes by the rate at its begin, and telemetry by its mean; those of another interval are off by
+            // a hundred times as much.
+            assert!(apart < 5e-3 * spread(parts), "{laws:?}: {name} off by {apart} of {}", spread(parts));
+        }
+    }
+}
+
+/// Who asks for readings alone is given those of a whole trace.
+#[test]
+fn readings_are_those_of_a_trace() {
+    for laws in [&[DRAG][..], &[HEAT[0], HEAT[1], LATE], &[TELEMETRY, LAG]] {
+        let model = model(laws);
+        let (time, command) = clock(1);
+        let input =
+            RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
+        let mut readings = vec![0.0; time.len()];
+        model.equations().expect("binds").rotor_readings(&input, &START, &mut readings);
+        assert_eq!(readings, run(&model, 1).measured, "{laws:?}");
+    }
+}
+
+/// A law that multiplies what heat leaves of the steady rate is one that multiplies the curve.
+#[test]
+fn a_law_behind_one_that_remembers_sees_what_that_makes_of_the_steady_rate() {
+    let heated = |mut model: Model| {
+        model = model.with(&model.effect("motor_heating").expect("known"));
+        HEAT.iter()
+            .for_each(|(id, parameter, value)| model.set_parameter(&format!("{id}.{parameter}"), *value));
+        run(&model, 1).rate
+    };
+    let mut scaled = Model::paper();
+    scaled.actuator.steady_rate.iter_mut().for_each(|coefficient| *coefficient *= 1.1);
+    let (behind, ahead) = (heated(with_law(Site::SteadyRate, "0.1*steady_rate")), heated(scaled));
+    let apart = behind.iter().zip(&ahead).map(|(behind, ahead)| (behind - ahead).abs()).fold(0.0, f64::max);
+    // Rounding: rates of 700 rad/s in another order.
+    assert!(apart < 1e-9, "{apart}");
+}
