@@ -7,7 +7,7 @@ use super::data_split::DataSplit;
 use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::output_error::fit;
+use crate::estimation::output_error::{Free, fit_best};
 use crate::model::{Effect, Model};
 
 impl Candidate<'_> {
@@ -91,14 +91,12 @@ impl Candidate<'_> {
         let Some(first) = starts.first() else { return Vec::new() };
         let data = split.coarse.as_ref().unwrap_or(&split.train);
         let problem = Problem::new(data, first.clone(), names.to_vec(), &self.inside(first));
-        let cost_and_end = |model: &Model| {
-            let model = &self.weakened(model, &problem);
-            let end = fit(&problem, &self.frees(names, model), None, &THRESHOLDS.start_fit);
-            StartingPoint::at_end(end, &problem, split.coarse.is_none())
-        };
-        let mut ranked: Vec<StartingPoint> = starts.iter().map(cost_and_end).collect();
-        ranked.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        ranked
+        let from = |model: &Model| self.frees(names, &self.weakened(model, &problem));
+        let starts: Vec<Vec<Free>> = starts.iter().map(from).collect();
+        // What is found of single effects decides which sets are looked at: on a slow ramp the right start is not yet to be seen then.
+        let most = if self.effects.len() > 1 { THRESHOLDS.starts_followed } else { starts.len() };
+        let ends = fit_best(&problem, &starts, &THRESHOLDS.start_fit, most);
+        ends.into_iter().map(|end| StartingPoint::at_end(end, &problem, split.coarse.is_none())).collect()
     }
 
     /// A start whose effects are weak enough for this bench: what is little on one bench is absurd on another that turns
@@ -117,7 +115,11 @@ impl Candidate<'_> {
             }
             weaker
         };
-        let limit = THRESHOLDS.too_strong_start * cost(&weaker(start, 0.0));
+        let without = weaker(start, 0.0);
+        if without == *start {
+            return without;
+        }
+        let limit = THRESHOLDS.too_strong_start * cost(&without);
         let mut weakened = start.clone();
         for _ in 0..THRESHOLDS.most_weakenings {
             // Not a number is no start either.

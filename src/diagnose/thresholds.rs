@@ -71,6 +71,8 @@ crate::thresholds! {
     promising_share: f64 = 0.99, "-", "least_gain, with room";
     /// a second start is fitted from when its first look was within this factor of the best
     second_start: f64 = 1.1, "-", "judgement";
+    /// starts of a set that are followed behind their first step
+    starts_followed: usize = 3, "count", "times and answers of sets of three of tools/campaign";
     /// starts of one candidate, at most, from the same base numbers
     most_starts: usize = 12, "count", "times of the development cases";
     /// a start that costs so many times what it costs without the effect is made weaker

@@ -26,9 +26,7 @@ pub(super) fn fit(
     locals: Option<&[f64]>,
     config: &FitConfig,
 ) -> Option<Fit> {
-    let len = problem.len();
-    let is_short = |unit: &Range<usize>| unit.len() <= longest_cluster(len);
-    if !are_many(problem) || problem.locals() == 0 || !problem.units().iter().all(is_short) {
+    if !takes(problem) {
         return None;
     }
     let globals: Vec<f64> = free.iter().map(|free| free.within(free.start)).collect();
@@ -46,6 +44,13 @@ pub(super) fn fit(
     };
     let found = fitted(from);
     Some(fit.rescued(&found, config).map_or(found, fitted))
+}
+
+/// Whether a problem is of very many short units.
+pub(super) fn takes(problem: &dyn OutputError) -> bool {
+    let len = problem.len();
+    let is_short = |unit: &Range<usize>| unit.len() <= longest_cluster(len);
+    are_many(problem) && problem.locals() > 0 && problem.units().iter().all(is_short)
 }
 
 /// Residuals of which no more than the least is kept.

@@ -1,5 +1,7 @@
 //! Output-error fits of problems with known answers.
 
+use std::ops::Range;
+
 use crate::estimation::output_error::*;
 
 /// y = a exp(-b t) + offset of the unit.
@@ -169,4 +171,50 @@ fn a_part_fitted_with_the_slopes_of_all_is_fitted_as_by_itself() {
     let judged = validate_from(&rest, &alone.globals, Some((&whole.locals, &from)));
     let without = validate(&rest, &alone.globals);
     assert!((judged.cost / without.cost - 1.0).abs() < 1e-6, "{} {}", judged.cost, without.cost);
+}
+
+/// A wave of unknown frequency, whose squares have a valley at every other one.
+struct Wave(Vec<f64>, Vec<Range<usize>>);
+
+impl OutputError for Wave {
+    fn units(&self) -> &[Range<usize>] {
+        &self.1
+    }
+    fn locals(&self) -> usize {
+        0
+    }
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+    fn residuals(&self, globals: &[f64], _: &[f64], out: &mut [f64]) {
+        let runs = out.iter_mut().zip(&self.0).enumerate();
+        runs.for_each(|(row, (out, measured))| *out = measured - (0.01 * globals[0] * row as f64).sin());
+    }
+    fn local_scale(&self, _: usize) -> f64 {
+        1.0
+    }
+}
+
+fn from(start: f64) -> Vec<Free> {
+    vec![Free { start, bounds: (0.0, 100.0), scale: 1.0 }]
+}
+
+/// Of many starts those are followed that are best behind one step, and end where they would alone.
+#[test]
+fn of_many_starts_the_best_are_followed() {
+    let measured = (0..500).map(|row| (0.05 * f64::from(row)).sin()).collect();
+    let wave = Wave(measured, std::iter::once(0..500).collect());
+    let starts: Vec<Vec<Free>> = [20.0, 5.3, 12.0, 4.6, 33.0, 50.0].into_iter().map(from).collect();
+    let config = FitConfig { rescues_units: false, ..FitConfig::default() };
+    let best = fit_best(&wave, &starts, &config, 2);
+    let alone = [1, 3].map(|start: usize| fit(&wave, &starts[start], None, &config));
+    assert_eq!(best.len(), 2);
+    assert!(best.iter().all(|found| alone.contains(found)), "{best:?}, not {alone:?}");
+    assert!(best.iter().all(|found| (found.globals[0] - 5.0).abs() < 1e-6), "{best:?}");
+    assert!(best[0].cost <= best[1].cost);
+    // As few as are to be followed go all the way, however they begin.
+    let few = fit_best(&wave, &starts[4..], &config, 2);
+    assert_eq!(few.len(), 2);
+    assert!(few.iter().all(|found| (found.globals[0] - 5.0).abs() > 1.0), "{few:?}");
+    assert!(fit_best(&wave, &[], &config, 2).is_empty());
 }
