@@ -4,9 +4,7 @@ use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::grid_constraint::WithoutSlope;
 use super::grid_refine;
-use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::normal_equations::Slopes;
@@ -76,6 +74,27 @@ impl StartingPoints {
     }
 }
 
+/// A fit to the end.
+struct FullFit {
+    fit: Fit,
+    slopes: Slopes,
+    /// With the standard errors of its numbers.
+    model: Model,
+    /// Numbers of a grid that the fitted data hardly tell from its own.
+    hardly_worse: Vec<Vec<f64>>,
+}
+
+/// The model at the end of a fit, with how well its numbers are known.
+pub(super) fn with_errors(problem: &Problem, names: &[String], fit: &Fit) -> Model {
+    let mut model = problem.model(&fit.globals);
+    for (name, error) in names.iter().zip(&fit.standard_errors) {
+        if error.is_finite() {
+            model.standard_errors.insert(name.clone(), *error);
+        }
+    }
+    model
+}
+
 /// Whether a brief fit is of all data.
 #[must_use]
 pub fn fits_briefly_on_all(split: &DataSplit) -> bool {
@@ -92,7 +111,7 @@ impl Candidate<'_> {
     /// Fits from these starts without data that it has not seen: those that it was fitted on stand in their place.
     #[must_use]
     pub(crate) fn fit_alone(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
-        let (fit, _, model) = self.fitted(&starting_points, split);
+        let FullFit { fit, model, .. } = self.fitted(&starting_points, split);
         self.found(starting_points.names, model, (fit.clone(), fit))
     }
 
@@ -182,9 +201,12 @@ impl Candidate<'_> {
     /// Fits from the best starts to the end, and computes the held-out error.
     #[must_use]
     pub fn finish(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
-        let (best, slopes, model) = self.fitted(&starting_points, split);
-        let held_out = self.held_out(&model, (&best, &slopes), &starting_points.names, split);
-        self.found(starting_points.names, model, (best, held_out))
+        let names = starting_points.names.as_slice();
+        let FullFit { fit, slopes, model, hardly_worse } = self.fitted(&starting_points, split);
+        let held_out = self.held_out(&model, (&fit, &slopes), names, split);
+        let on_grid = self.moved_on_held_out((&model, names), (&fit, &held_out), &hardly_worse, split);
+        let (model, fits) = on_grid.unwrap_or((model, (fit, held_out)));
+        self.found(starting_points.names, model, fits)
     }
 
     fn found(&self, names: Vec<String>, model: Model, (fit, held_out): (Fit, Fit)) -> CandidateFit {
@@ -193,7 +215,7 @@ impl Candidate<'_> {
     }
 
     /// Fits from the best starts to the end.
-    fn fitted(&self, starting_points: &StartingPoints, split: &DataSplit) -> (Fit, Slopes, Model) {
+    fn fitted(&self, starting_points: &StartingPoints, split: &DataSplit) -> FullFit {
         let StartingPoints { template, names, .. } = starting_points;
         let inside = self.inside(template);
         let problem = Problem::new(&split.train, template.clone(), names.clone(), &inside);
@@ -219,94 +241,14 @@ impl Candidate<'_> {
             || fit_from(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
         let is_promising = to_the_end.goal.is_none_or(|goal| best.cost < goal);
+        let mut hardly_worse = Vec::new();
         for (index, name) in names.iter().enumerate().filter(|_| is_promising) {
             if self.is_discontinuous(name) {
-                self.fit_grid(&problem, (index, name, names), split, &mut best);
+                hardly_worse = self.fit_grid(&problem, (index, name, names), split, &mut best);
             }
         }
-        let mut model = problem.model(&best.globals);
-        for (name, error) in names.iter().zip(&best.standard_errors) {
-            if error.is_finite() {
-                model.standard_errors.insert(name.clone(), *error);
-            }
-        }
-        (best, slopes, model)
-    }
-
-    /// The parameter of a law in jumps, and the rest of the numbers beside it: they depend on each other.
-    fn fit_grid(
-        &self,
-        problem: &Problem,
-        (index, name, names): (usize, &str, &[String]),
-        split: &DataSplit,
-        best: &mut Fit,
-    ) {
-        let model = problem.model(&best.globals);
-        let without_slope = self.without_slope(index, names, &model);
-        self.move_grid(problem, (&without_slope, names), split, best);
-        if self.from.parameter(name).is_some() {
-            self.search_grid_again(problem, (name, names), split, best);
-        }
-        let moves = self.moves(names, &problem.model(&best.globals));
-        grid_refine::refine_with_error(problem, &split.train, &without_slope, &moves, best);
-    }
-
-    /// Places and sizes of the numbers that may move beside a grid.
-    fn moves(&self, names: &[String], model: &Model) -> Vec<(usize, f64)> {
-        let frees = self.frees(names, model);
-        let movable = (0..names.len()).filter(|at| !self.has_no_slope(&names[*at], model));
-        movable.map(|at| (at, frees[at].scale)).collect()
-    }
-
-    /// A grid, and the numbers beside it, moved in turns.
-    fn move_grid(
-        &self,
-        problem: &Problem,
-        (without_slope, names): (&WithoutSlope, &[String]),
-        split: &DataSplit,
-        best: &mut Fit,
-    ) {
-        let moves = self.moves(names, &problem.model(&best.globals));
-        for _ in 0..THRESHOLDS.grid_rounds {
-            let before = (best.globals.clone(), best.cost);
-            grid_refine::refine(problem, &split.train, without_slope, &moves, best);
-            let frees = self.frees(names, &problem.model(&best.globals));
-            let again = fit(problem, &frees, Some(&best.locals), &THRESHOLDS.full_fit);
-            let is_better = again.cost < before.1;
-            let gains_much = again.cost < THRESHOLDS.promising_share * before.1;
-            if is_better {
-                *best = again;
-            } else {
-                best.globals = before.0;
-            }
-            if !gains_much {
-                return;
-            }
-        }
-    }
-
-    /// A grid that was found while something else was missing may be another than the one beside it.
-    fn search_grid_again(
-        &self,
-        problem: &Problem,
-        (name, names): (&str, &[String]),
-        split: &DataSplit,
-        best: &mut Fit,
-    ) {
-        let Some(parameter) = self.parameter(name) else { return };
-        let mut model = problem.model(&best.globals);
-        let inside = self.inside(&model);
-        let beside = self.beside_grid(names, &model);
-        let ahead = names.iter().find(|it| self.is_ahead_of_grid(it, &model)).map(String::as_str);
-        let named = (name, ahead);
-        let grids = grid_search::grids(&split.train, &model, named, parameter.bounds, (&inside, &beside));
-        if let Some(grid) = grids.first() {
-            grid.put_into(&mut model, named);
-            let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &THRESHOLDS.full_fit);
-            if again.cost < best.cost {
-                *best = again;
-            }
-        }
+        let model = with_errors(&problem, names, &best);
+        FullFit { fit: best, slopes, model, hardly_worse }
     }
 
     /// The residuals on data that the fit has not seen.

@@ -71,8 +71,8 @@ impl Candidate<'_> {
         };
         let ahead: Vec<usize> =
             (0..names.len()).filter(|at| self.is_ahead_of_grid(&names[*at], model)).collect();
-        let ids = ahead.iter().filter_map(|at| names[*at].split_once('.'));
-        let laws_ahead = ids.map(|(id, _)| id.to_owned()).collect();
+        let ids = self.inside(model).into_iter().filter(|law| self.acts_ahead_of_grid(law, model));
+        let laws_ahead = ids.map(|law| law.id.clone()).collect();
         WithoutSlope { grid: place(grid), ahead: ahead.into_iter().map(place).collect(), laws_ahead }
     }
 
@@ -80,12 +80,13 @@ impl Candidate<'_> {
     /// slope behind a grid, too.
     pub(crate) fn is_ahead_of_grid(&self, name: &str, model: &Model) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
+        self.inside(model).iter().any(|law| law.id == id && self.acts_ahead_of_grid(law, model))
+    }
+
+    fn acts_ahead_of_grid(&self, law: &Effect, model: &Model) -> bool {
         let inside = self.inside(model);
-        let law = inside.iter().find(|effect| effect.id == id && !matches!(effect.law, Law::Delay(_)));
-        law.is_some_and(|ahead| {
-            let mut grids = inside.iter().filter(|effect| matches!(effect.law, Law::PiecewiseConstant(_)));
-            grids.any(|grid| model.acts_before(ahead, grid))
-        })
+        let mut grids = inside.iter().filter(|effect| matches!(effect.law, Law::PiecewiseConstant(_)));
+        !matches!(law.law, Law::Delay(_)) && grids.any(|grid| model.acts_before(law, grid))
     }
 
     /// Of the numbers `names` of a model those that a fit may move beside a grid.

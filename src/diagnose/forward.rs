@@ -51,7 +51,12 @@ impl Search<'_> {
                 _ => THRESHOLDS.beam_width_sets,
             };
             let front: Vec<CandidateFit> = front.iter().take(beam_width).map(|it| (*it).clone()).collect();
-            let groups = self.one_deeper(&front, fits, base);
+            let mut groups = self.one_deeper(&front, fits, base);
+            let ahead = if depth == 1 { self.ahead_of_grid(&front, fits) } else { Vec::new() };
+            groups.extend(self.one_deeper(&ahead, fits, base).into_iter().map(|mut group| {
+                group.retain(|candidate| candidate.effects.last().is_some_and(|last| is_grid(last)));
+                group
+            }));
             let most = if depth == 1 { THRESHOLDS.pair_candidates } else { THRESHOLDS.set_candidates };
             fits.extend(run_promising(&groups, Finalists::of(most), (split, looks), self.progress));
             before = best;
@@ -89,10 +94,25 @@ impl Search<'_> {
         front.iter().map(&mut beside).collect()
     }
 
+    /// Where a grid is one of the front, the effects that act ahead of one and are none: a grid hides what a dead zone gains alone, and
+    /// one that was found without that lies elsewhere.
+    fn ahead_of_grid(&self, front: &[CandidateFit], fits: &[CandidateFit]) -> Vec<CandidateFit> {
+        let grids: Vec<&Effect> = self.admitted().into_iter().filter(|effect| is_grid(effect)).collect();
+        let is_any_in_front = grids.iter().any(|grid| front.iter().any(|set| set.effects.contains(&grid.id)));
+        let acts_ahead = |fitted: &&CandidateFit| {
+            let [id] = fitted.effects.as_slice() else { return false };
+            let law =
+                self.known.iter().find(|effect| effect.id == *id && !matches!(effect.law, Law::Delay(_)));
+            law.is_some_and(|law| grids.iter().any(|grid| fitted.model.with(grid).acts_before(law, grid)))
+        };
+        let others = fits.iter().filter(|_| is_any_in_front).filter(acts_ahead);
+        others.filter(|other| !front.iter().any(|set| set.effects == other.effects)).cloned().collect()
+    }
+
     /// Whether the last effect of a set is one in jumps.
     fn ends_on_grid(&self, set: &[String]) -> bool {
         let last = set.last().map(std::slice::from_ref).unwrap_or_default();
-        self.lookup(last).iter().any(|effect| matches!(effect.law, Law::PiecewiseConstant(_)))
+        self.lookup(last).iter().any(|effect| is_grid(effect))
     }
 
     /// The sets of a depth whose effects are determined and do not cancel each other, best first.
@@ -138,4 +158,8 @@ impl Search<'_> {
         }
         answer
     }
+}
+
+fn is_grid(effect: &Effect) -> bool {
+    matches!(effect.law, Law::PiecewiseConstant(_))
 }

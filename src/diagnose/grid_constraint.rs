@@ -49,6 +49,11 @@ impl WithoutSlope {
         moved
     }
 
+    /// Steps of the grid from nothing to what comes to it of the constraint's command.
+    pub fn steps_at(&self, problem: &Problem, globals: &[f64], constraint: &GridConstraint) -> Option<f64> {
+        Some(self.command_at_grid(problem, globals, constraint)? / globals[self.grid.index])
+    }
+
     /// [-] what comes to the grid of the constraint's command, or how much more of one that is more.
     fn command_at_grid(
         &self,
@@ -83,6 +88,11 @@ pub(crate) struct GridConstraint {
 }
 
 impl GridConstraint {
+    /// What stays of it, in steps.
+    pub fn steps(&self) -> f64 {
+        self.steps
+    }
+
     /// The place on the grid as `globals` have it; `None` where nothing is ahead of the grid, or nothing comes through.
     pub fn place(
         problem: &Problem,
@@ -119,7 +129,7 @@ impl GridConstraint {
         let asked = |part: usize| low + (high - low) * part as f64 / THRESHOLDS.commands_asked as f64;
         let low = (0..THRESHOLDS.commands_asked).map(asked).find(|command| of(*command) > 0.0)?;
         let constraint = Self { command: 0.5 * (low + high), reach: reach * (high - low), steps: 1.0 };
-        let steps = places.command_at_grid(problem, globals, &constraint)? / globals[places.grid.index];
+        let steps = places.steps_at(problem, globals, &constraint)?;
         (steps.is_finite() && steps > 0.0).then_some(Self { steps, ..constraint })
     }
 }

@@ -9,7 +9,7 @@ use super::joint_scan::JointScan;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::normal_equations::{remove, sum_of_squares};
-use crate::estimation::output_error::{Fit, OutputError, Residuals};
+use crate::estimation::output_error::{Fit, OutputError};
 
 /// Moves a grid of a fit to the best one nearby, where the numbers at `moves`, of these sizes, may move beside it.
 pub(crate) fn refine(
@@ -60,88 +60,124 @@ pub(crate) fn refine(
     found.globals = globals;
 }
 
+/// What [`refine_with_error`] goes by beside the numbers.
+pub(crate) struct Around<'a> {
+    pub problem: &'a Problem<'a>,
+    pub data: &'a BlockData,
+    pub places: &'a WithoutSlope,
+    /// Places and sizes of the numbers that may move beside them.
+    pub moves: &'a [(usize, f64)],
+}
+
 /// Moves the numbers without a slope of a fit to the best values nearby, and gives them standard errors: how far each must move until
-/// the cost rises by the variance of the noise. Where one puts the grid elsewhere, the step goes with it, and so do the numbers at
-/// `moves`, of these sizes: a curve takes up what a dead zone a hair wider leaves. Where the fit is no better for it they stay.
+/// the cost rises by the variance of the noise. Where one puts the grid elsewhere, the step goes with it, and so do the numbers that
+/// may move beside: a curve takes up what a dead zone a hair wider leaves, and `follow` fits it to where they are moved. Where the fit
+/// is no better for it they stay. Answers numbers that the data can hardly tell from these.
 pub(crate) fn refine_with_error(
-    problem: &Problem,
-    data: &BlockData,
-    places: &WithoutSlope,
-    moves: &[(usize, f64)],
+    around: &Around,
+    follow: impl Fn(&[f64]) -> Fit,
     found: &mut Fit,
-) {
-    let Some((_, typical)) = sizes(data) else { return };
+) -> Vec<Vec<f64>> {
+    let Around { problem, data, places, moves } = *around;
+    let Some((_, typical)) = sizes(data) else { return Vec::new() };
     let used = found.residuals.measured().iter().filter(|residual| **residual != 0.0).count().max(1);
     let limit_of = |cost: f64| cost + cost / used as f64;
-    let before = (found.globals.clone(), found.cost);
     let mut scratch = vec![0.0; problem.len()];
     let none_ahead = places.ahead.is_empty();
     let taken_up = if none_ahead { Vec::new() } else { taken_up_without_grid(problem, places, moves, found) };
+    let locals = found.locals.clone();
     let mut cost_at = |globals: &[f64]| {
-        problem.residuals(globals, &found.locals, &mut scratch);
+        problem.residuals(globals, &locals, &mut scratch);
         remove(&taken_up, &mut scratch);
         sum_of_squares(&scratch)
     };
     let scan = JointScan::around(problem, data, places, &found.globals, (&mut cost_at, limit_of));
-    if let Some(best) = scan.best() {
-        found.globals.clone_from(best);
+    let moved = scan.best().unwrap_or(&found.globals).clone();
+    let moved = best_nearby(around, moved, typical, &mut cost_at);
+    if moved != found.globals {
+        let followed = follow(&moved);
+        if followed.cost <= limit_of(found.cost) {
+            *found = followed;
+        }
     }
-    let (grid, mut step_error, mut limit) = (places.grid.index, 0.0, 0.0);
+    let at = found.globals.clone();
+    let cost = cost_at(&at);
+    let (grid, limit, mut step_error) = (places.grid.index, limit_of(cost), 0.0_f64);
+    let worse = cost + THRESHOLDS.hardly_worse_errors.powi(2) * (limit - cost);
+    let mut hardly_worse = scan.below(worse);
     for place in places.all() {
-        let context = (problem, data, places, typical);
-        let best = nearby(context, place, &found.globals, (&mut cost_at, limit_of));
-        found.globals = best.globals;
-        found.standard_errors[place.index] = best.error;
-        (step_error, limit) = (best.step_error.hypot(step_error), best.limit);
+        let line = Line::through(around, place, at.clone());
+        let own = standard_error(
+            |value| cost_at(&line.at(value)),
+            (at[place.index], place.bounds),
+            at[grid],
+            limit,
+        );
+        step_error = step_error.hypot(line.step_error(own));
+        found.standard_errors[place.index] = own.hypot(scan.spread(place.index, &at, limit));
+        let near = line.near(own).into_iter();
+        hardly_worse.extend(near.filter(|globals| cost_at(globals) <= worse));
     }
-    found.standard_errors[grid] = step_error;
-    for place in places.all() {
-        let error = &mut found.standard_errors[place.index];
-        *error = error.hypot(scan.spread(place.index, &found.globals, limit));
-    }
-    problem.residuals(&found.globals, &found.locals, &mut scratch);
-    let after = sum_of_squares(&scratch);
-    if after > limit_of(before.1) {
-        found.globals = before.0;
-        return;
-    }
-    found.cost = after;
-    found.residuals = Residuals::of(scratch, problem.measured());
+    found.standard_errors[grid] = step_error.hypot(scan.spread(grid, &at, limit));
+    hardly_worse
 }
 
-/// The best numbers near others where one of them moves.
-struct Nearby {
-    globals: Vec<f64>,
-    /// Standard errors of the one, and of the step with it.
-    error: f64,
-    step_error: f64,
-    /// Cost up to which they may be.
-    limit: f64,
+/// The best numbers near some, one moved after the other.
+fn best_nearby(
+    around: &Around,
+    mut numbers: Vec<f64>,
+    typical: f64,
+    cost_at: &mut impl FnMut(&[f64]) -> f64,
+) -> Vec<f64> {
+    for place in around.places.all() {
+        let line = Line::through(around, place, numbers.clone());
+        let width = spacing(numbers[around.places.grid.index], typical);
+        let along = |value: f64| cost_at(&line.at(value));
+        numbers = line.at(fine(along, numbers[place.index], width, THRESHOLDS.grid_looks).0);
+    }
+    numbers
 }
 
-/// The best numbers near some where the one at `place` moves.
-fn nearby(
-    (problem, data, places, typical): (&Problem, &BlockData, &WithoutSlope, f64),
-    place: &BoundedNumber,
-    start: &[f64],
-    (cost_at, limit_of): (&mut impl FnMut(&[f64]) -> f64, impl Fn(f64) -> f64),
-) -> Nearby {
-    let (grid, is_grid) = (places.grid.index, place.index == places.grid.index);
-    let same_place = GridConstraint::place(problem, data, places, start).filter(|_| !is_grid);
-    let at = |value: f64| places.moved(problem, start, (place, value), same_place.as_ref());
-    let mut cost = |value: f64| cost_at(&at(value));
-    let width = spacing(start[grid], typical);
-    let (value, least) = fine(&mut cost, start[place.index], width, THRESHOLDS.grid_looks);
-    let (limit, globals) = (limit_of(least), at(value));
-    let (value, step) = (globals[place.index], globals[grid]);
-    let error = standard_error(&mut cost, (value, place.bounds), step, limit);
-    // Where nothing says how the step follows, nothing is known of it beside this number.
-    let step_error = match &same_place {
-        Some(_) => at(value + error)[grid] - step,
-        None if is_grid => error,
-        None => f64::INFINITY,
-    };
-    Nearby { globals, error, step_error, limit }
+/// The numbers near some where one of them moves, and a step with it that keeps the place on the grid.
+struct Line<'a> {
+    around: &'a Around<'a>,
+    place: &'a BoundedNumber,
+    start: Vec<f64>,
+    same_place: Option<GridConstraint>,
+}
+
+impl<'a> Line<'a> {
+    fn through(around: &'a Around, place: &'a BoundedNumber, start: Vec<f64>) -> Self {
+        let Around { problem, data, places, .. } = *around;
+        let is_grid = place.index == places.grid.index;
+        let same_place = GridConstraint::place(problem, data, places, &start).filter(|_| !is_grid);
+        Self { around, place, start, same_place }
+    }
+
+    fn at(&self, value: f64) -> Vec<f64> {
+        let Around { problem, places, .. } = *self.around;
+        places.moved(problem, &self.start, (self.place, value), self.same_place.as_ref())
+    }
+
+    /// Standard error of the step where this is that of the number. Where nothing says how the step follows, nothing is known of it
+    /// beside the number.
+    fn step_error(&self, error: f64) -> f64 {
+        let grid = self.around.places.grid.index;
+        match &self.same_place {
+            Some(_) => self.at(self.start[self.place.index] + error)[grid] - self.start[grid],
+            None if self.place.index == grid => error,
+            None => f64::INFINITY,
+        }
+    }
+
+    /// Numbers a few standard errors to each side.
+    fn near(&self, error: f64) -> Vec<Vec<f64>> {
+        let looks = THRESHOLDS.hardly_worse_looks;
+        let shares =
+            (-looks..=looks).filter(|look| *look != 0).map(|look| f64::from(look) / f64::from(looks));
+        let reach = THRESHOLDS.hardly_worse_errors * error;
+        shares.map(|share| self.at(self.start[self.place.index] + share * reach)).collect()
+    }
 }
 
 /// How far a number of a grid of this step can move until its cost stays above a limit; a side on which its bound comes first does not
@@ -154,14 +190,22 @@ fn standard_error(
 ) -> f64 {
     // A number at zero has no size of its own.
     let size = value.abs().max(step);
-    let mut reach = |sign: f64| {
+    let mut reach = |sign: f64, room: f64| {
         let away = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * size;
+        let mut is_near = |count: &i32| cost(value + sign * away(*count)) <= limit;
         // The cost has steps of its own: it may rise, and fall again further away.
-        let is_near = |count: &i32| cost(value + sign * away(*count)) <= limit;
-        let last = (0..THRESHOLDS.error_steps).rev().find(is_near);
-        last.map_or_else(|| away(0), |last| away(last + 1)).min(size)
+        match (0..THRESHOLDS.error_steps).rev().find(&mut is_near) {
+            None => away(0),
+            Some(last) if last + 1 < THRESHOLDS.error_steps => away(last + 1),
+            // As large as itself, and no worse: it may be anything up to where it is.
+            Some(last) => {
+                let mut further = (last + 1..).take_while(|count| away(*count) < room);
+                further.find(|count| !is_near(count)).map_or(room, away)
+            }
+        }
     };
-    let sides = [(reach(1.0), bounds.1 - value), (reach(-1.0), value - bounds.0)];
+    let rooms = [bounds.1 - value, value - bounds.0];
+    let sides = [(reach(1.0, rooms[0]), rooms[0]), (reach(-1.0, rooms[1]), rooms[1])];
     let inside: Vec<f64> = sides.iter().filter(|(reach, room)| reach < room).map(|side| side.0).collect();
     if inside.is_empty() { bounds.1 - bounds.0 } else { inside.iter().sum::<f64>() / inside.len() as f64 }
 }
@@ -226,7 +270,12 @@ mod tests {
         let held = numbers.map(|start| Free { start, bounds: (start, start), scale: 1.0 });
         let before = fit(&problem, &held, None, &THRESHOLDS.full_fit);
         let mut after = before.clone();
-        refine_with_error(&problem, data, places, &[], &mut after);
+        let follow = |numbers: &[f64]| {
+            let held =
+                [numbers[0], numbers[1]].map(|start| Free { start, bounds: (start, start), scale: 1.0 });
+            fit(&problem, &held, Some(&before.locals), &THRESHOLDS.full_fit)
+        };
+        refine_with_error(&Around { problem: &problem, data, places, moves: &[] }, follow, &mut after);
         let mut left = vec![0.0; problem.len()];
         problem.residuals(&[STEP, WIDTH], &after.locals, &mut left);
         (before, after, sum_of_squares(&left))
@@ -266,6 +315,10 @@ mod tests {
             0.03,
             "anywhere within its bounds"
         );
+        // One near zero that may be anything up to twenty times a step.
+        let far = |at: f64| f64::from(at > 0.6);
+        let error = standard_error(far, (0.0, (0.0, 1.0)), STEP, 0.5);
+        assert!((0.6..0.9).contains(&error), "{error}");
     }
 
     /// Bounds that leave out where the numbers are move them to worse ones.

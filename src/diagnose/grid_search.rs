@@ -172,7 +172,7 @@ pub(crate) fn sizes(data: &BlockData) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::grid_refine::{refine, refine_with_error};
+    use super::super::grid_refine::{Around, refine, refine_with_error};
     use super::super::rotor_block::rotor_runs;
     use super::super::tests::behind_a_dead_zone;
     use super::*;
@@ -271,7 +271,16 @@ mod tests {
             let mut fitted = fit(&problem, &names.each_ref().map(held), None, &THRESHOLDS.full_fit);
             let places = behind_a_dead_zone();
             refine(&problem, &data, &places, &[], &mut fitted);
-            refine_with_error(&problem, &data, &places, &[], &mut fitted);
+            let follow = |numbers: &[f64]| {
+                let held = [0, 1].map(|at| Free {
+                    start: numbers[at],
+                    bounds: (numbers[at], numbers[at]),
+                    scale: 1.0,
+                });
+                fit(&problem, &held, None, &THRESHOLDS.full_fit)
+            };
+            let around = Around { problem: &problem, data: &data, places: &places, moves: &[] };
+            refine_with_error(&around, follow, &mut fitted);
             let errors = &fitted.standard_errors;
             // Steps of Euler's are late by half of one: a tenth of a thousandth of a step of the grid.
             assert!(

@@ -80,6 +80,11 @@ impl JointScan {
         finite.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(best, _)| best)
     }
 
+    /// Those with a cost below a limit.
+    pub fn below(&self, limit: f64) -> Vec<Vec<f64>> {
+        self.looked.iter().filter(|(_, cost)| *cost <= limit).map(|(at, _)| at.clone()).collect()
+    }
+
     /// By how much the number at `index` differs from `best` at most where the cost is below a limit: from one look to the next, at least.
     pub fn spread(&self, index: usize, best: &[f64], limit: f64) -> f64 {
         let near = self.looked.iter().filter(|(_, cost)| *cost <= limit);

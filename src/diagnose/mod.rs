@@ -24,6 +24,8 @@ mod extend;
 mod forward;
 mod grid_constraint;
 mod grid_cost;
+mod grid_fit;
+mod grid_held_out;
 mod grid_refine;
 mod grid_search;
 mod gyro_and_angle;
@@ -55,6 +57,7 @@ pub mod thresholds;
 mod torque_beside;
 mod unnamed;
 pub(crate) mod verdict;
+mod whole_steps;
 mod wider;
 
 use block_builder::refusal;

@@ -110,10 +110,23 @@ crate::thresholds! {
     grid_places_closer: u32 = 16, "count", "judgement";
     /// steps to each side over which the number of a law ahead of a grid is looked for; a few values fall into each
     steps_ahead_of_grid: f64 = 2.0, "-", "a quarter of a step from one value to the next";
+    /// whole steps to each side by which a grid is moved that lies there as before: a curve that bent takes up a few
+    whole_steps: u32 = 8, "count", "ramps and steps behind a dead zone";
+    /// secants by which such a place is found: behind a dead zone, where they are exact, it takes a few
+    most_secants: usize = 8, "count", "judgement";
+    /// steps by which it may be off
+    whole_step_tolerance: f64 = 1e-6, "steps", "judgement: far below what a look tells";
     /// a grid and what is ahead of it are moved so often in turns, at most, as long as the cost falls by a share
     most_grid_turns: usize = 6, "count", "judgement";
     /// that share
     grid_turn_tolerance: f64 = 0.003, "-", "judgement";
+    /// standard errors within which the fitted data hardly tell the numbers of a grid from the best: held out, where a new command comes to
+    /// one level or the one beside it, all of these count
+    hardly_worse_errors: f64 = 2.0, "-", "normal distribution: 5 %";
+    /// numbers of a grid looked at to each side within those
+    hardly_worse_looks: i32 = 8, "count", "judgement";
+    /// of those that the fitted data hardly tell from the best, as many are looked at on held-out data
+    most_hardly_worse: usize = 200, "count", "times of a ramp behind a dead zone";
     /// share of a step to each side over which it is looked for after the first turn
     phase_reach: f64 = 0.25, "-", "judgement";
     /// differences of neighbouring commands to each side over which both are looked at together, and then about the best

@@ -91,7 +91,7 @@ impl Equations {
         stride
     }
 
-    /// Makes a stride that of a span: an uneven clock asks for one of each row, which are not worth a copy.
+    /// Makes a stride that of a span: an uneven clock asks for another one at each row, too many to be copied.
     fn set_stride(&self, stride: &mut Stride, span: f64, fastest: f64) {
         stride.span = span;
         if self.is_lag() {

@@ -1,3 +1,5 @@
+mod grid;
+
 use crate::diagnose::block_data::Runs;
 use crate::diagnose::candidate::*;
 use crate::diagnose::rotor_block::rotor_runs;
