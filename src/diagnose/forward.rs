@@ -163,3 +163,32 @@ impl Search<'_> {
 fn is_grid(effect: &Effect) -> bool {
     matches!(effect.law, Law::PiecewiseConstant(_))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::leaves;
+    use super::*;
+    use crate::model::Model;
+
+    /// A dead zone gains nothing alone where a grid hides it: both are tried together where a grid is one of the best.
+    #[test]
+    fn what_acts_ahead_of_a_grid_is_tried_with_it() {
+        let base = Model::paper();
+        let known = base.known_effects().expect("the catalogue");
+        let eligible = known.iter().map(|effect| (effect, None)).collect();
+        let search = Search { base: &base, known: &known, eligible, progress: &|_| () };
+        let single = |id: &str| {
+            let model = base.with(known.iter().find(|effect| effect.id == id).expect("known"));
+            CandidateFit { effects: vec![id.to_owned()], model, ..leaves(vec![1.0; 10]) }
+        };
+        let ids = ["command_quantization", "command_dead_zone", "transport_delay", "command_saturation"];
+        let fits = ids.map(single);
+        let ahead = |front: &[CandidateFit]| -> Vec<String> {
+            search.ahead_of_grid(front, &fits).into_iter().flat_map(|fitted| fitted.effects).collect()
+        };
+        // A dead time moves no level, and a limit acts behind the grid.
+        assert_eq!(ahead(&fits[..1]), ["command_dead_zone"]);
+        assert!(ahead(&fits[..2]).is_empty(), "it goes on by itself");
+        assert!(ahead(&fits[2..]).is_empty(), "no grid is among them");
+    }
+}

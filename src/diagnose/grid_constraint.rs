@@ -139,7 +139,8 @@ mod tests {
     use super::super::candidate_set::Candidate;
     use super::super::tests::{at_once, behind_a_dead_zone};
     use super::*;
-    use crate::model::{Effect, Model};
+    use crate::effect::Site;
+    use crate::model::{Effect, Model, UserEffect};
 
     fn added(ids: &[&str]) -> (Model, Vec<Effect>) {
         let known = Model::paper().known_effects().expect("the catalogue");
@@ -205,5 +206,28 @@ mod tests {
             let parameter = candidate.parameter(&names[number.index]).expect("of the catalogue");
             assert_eq!(number.bounds, parameter.bounds, "{}", parameter.name);
         }
+    }
+
+    /// A law of one's own that has no number moves the command ahead of a grid as well.
+    #[test]
+    fn a_law_without_a_number_acts_ahead_of_a_grid_too() {
+        let mut model = Model::paper();
+        model.user_effects.push(UserEffect {
+            id: "mine".to_owned(),
+            site: Site::Command,
+            expression: "-0.05*command".to_owned(),
+            parameters: Vec::new(),
+            meaning: String::new(),
+        });
+        let known = model.known_effects().expect("the catalogue and mine");
+        for id in ["mine", "command_quantization"] {
+            model = model.with(known.iter().find(|effect| effect.id == id).expect("known"));
+        }
+        let (effects, base) = (Vec::new(), Vec::new());
+        let candidate =
+            Candidate { from: &model, nominal: &model, effects, base, known: &known, without: None };
+        let places = candidate.without_slope(0, &["command_quantization.step".to_owned()], &model);
+        assert!(places.ahead.is_empty());
+        assert_eq!(places.laws_ahead, ["mine"]);
     }
 }
