@@ -94,7 +94,7 @@ impl Search<'_> {
         front.iter().map(&mut beside).collect()
     }
 
-    /// Where a grid is one of the front, the effects that act ahead of one and are none: a grid hides what a dead zone gains alone, and
+    /// Where a grid is one of the front, the effects that act ahead of one and are no grids: a grid hides what a dead zone gains alone, and
     /// one that was found without that lies elsewhere.
     fn ahead_of_grid(&self, front: &[CandidateFit], fits: &[CandidateFit]) -> Vec<CandidateFit> {
         let grids: Vec<&Effect> = self.admitted().into_iter().filter(|effect| is_grid(effect)).collect();

@@ -72,25 +72,18 @@ pub(crate) struct Around<'a> {
 /// Moves the numbers without a slope of a fit to the best values nearby, and gives them standard errors: how far each must move until
 /// the cost rises by the variance of the noise. Where one puts the grid elsewhere, the step goes with it, and so do the numbers that
 /// may move beside: a curve takes up what a dead zone a hair wider leaves, and `follow` fits it to where they are moved. Where the fit
-/// is no better for it they stay. Answers numbers that the data can hardly tell from these.
+/// is worse for it, beyond the noise, they stay. Answers numbers that the data can hardly tell from these.
 pub(crate) fn refine_with_error(
     around: &Around,
     follow: impl Fn(&[f64]) -> Fit,
     found: &mut Fit,
 ) -> Vec<Vec<f64>> {
-    let Around { problem, data, places, moves } = *around;
+    let Around { problem, data, places, .. } = *around;
     let Some((_, typical)) = sizes(data) else { return Vec::new() };
     let used = found.residuals.measured().iter().filter(|residual| **residual != 0.0).count().max(1);
     let limit_of = |cost: f64| cost + cost / used as f64;
-    let mut scratch = vec![0.0; problem.len()];
-    let none_ahead = places.ahead.is_empty();
-    let taken_up = if none_ahead { Vec::new() } else { taken_up_without_grid(problem, places, moves, found) };
-    let locals = found.locals.clone();
-    let mut cost_at = |globals: &[f64]| {
-        problem.residuals(globals, &locals, &mut scratch);
-        remove(&taken_up, &mut scratch);
-        sum_of_squares(&scratch)
-    };
+    let mut cost = CostOfGrid::beside(around, found);
+    let mut cost_at = |globals: &[f64]| cost.at(globals);
     let scan = JointScan::around(problem, data, places, &found.globals, (&mut cost_at, limit_of));
     let moved = scan.best().unwrap_or(&found.globals).clone();
     let moved = best_nearby(around, moved, typical, &mut cost_at);
@@ -100,6 +93,8 @@ pub(crate) fn refine_with_error(
             *found = followed;
         }
     }
+    let mut cost = CostOfGrid::beside(around, found);
+    let mut cost_at = |globals: &[f64]| cost.at(globals);
     let at = found.globals.clone();
     let cost = cost_at(&at);
     let (grid, limit, mut step_error) = (places.grid.index, limit_of(cost), 0.0_f64);
@@ -120,6 +115,28 @@ pub(crate) fn refine_with_error(
     }
     found.standard_errors[grid] = step_error.hypot(scan.spread(grid, &at, limit));
     hardly_worse
+}
+
+/// What a grid leaves beside a fit, less what the numbers that may move beside it can take up.
+struct CostOfGrid<'a> {
+    problem: &'a Problem<'a>,
+    locals: Vec<f64>,
+    taken_up: Vec<Vec<f64>>,
+    left: Vec<f64>,
+}
+
+impl<'a> CostOfGrid<'a> {
+    fn beside(around: &Around<'a>, found: &Fit) -> Self {
+        let Around { problem, places, moves, .. } = *around;
+        let taken_up = taken_up_without_grid(problem, places, moves, found);
+        Self { problem, locals: found.locals.clone(), taken_up, left: vec![0.0; problem.len()] }
+    }
+
+    fn at(&mut self, globals: &[f64]) -> f64 {
+        self.problem.residuals(globals, &self.locals, &mut self.left);
+        remove(&self.taken_up, &mut self.left);
+        sum_of_squares(&self.left)
+    }
 }
 
 /// The best numbers near some, one moved after the other.
