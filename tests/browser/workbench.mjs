@@ -689,11 +689,9 @@ async function live() {
     await page.locator("#live-state[data-state=armed]").waitFor();
     await page.waitForTimeout(20000);
     await picture("8-live-light");
-    await page.emulateMedia({ colorScheme: "dark" });
-    // Drawn anew with the next look at the bench, four in a second.
-    await page.waitForTimeout(1000);
+    await recoloured("dark");
     await picture("8-live-dark");
-    await page.emulateMedia({ colorScheme: "light" });
+    await recoloured("light");
     await legends();
     await left();
   } finally {
@@ -703,13 +701,23 @@ async function live() {
   await again();
 }
 
-// A curve is hidden and shown by the keyboard, too.
+// The desktop turns to other colours; the plots are made anew with the next look at the bench.
+async function recoloured(colorScheme) {
+  const before = await page.locator("#live canvas").last().elementHandle();
+  await page.emulateMedia({ colorScheme });
+  await page.waitForFunction(it => !it.isConnected, before);
+}
+
+// A curve is hidden and shown by the keyboard, too; other colours make the plot anew, and leave it hidden and the keyboard where it is.
 async function legends() {
   const entry = page.locator("#live .u-legend .u-series:nth-child(2) > th").first();
   await entry.focus();
-  for (const shown of ["false", "true"]) {
+  for (const [shown, colorScheme] of [["false", "dark"], ["true", "light"]]) {
     await page.keyboard.press("Enter");
     check(await entry.getAttribute("aria-pressed") === shown, `a curve that is shown: ${shown}`);
+    await recoloured(colorScheme);
+    check(await entry.getAttribute("aria-pressed") === shown, `a curve that is shown in other colours: ${shown}`);
+    check(await entry.evaluate(it => it === document.activeElement), "the keyboard is where it was");
   }
 }
 

@@ -90,6 +90,9 @@ export class Chart {
     this.bands = [];
     this.levels = [];
     this.plot = null;
+    // Which curves are drawn, and which of them the user has hidden.
+    this.keys = [];
+    this.hidden = new Set();
     // With room for its legend: what stands beneath does not jump when it is drawn.
     spec.host.style.minHeight = `${spec.height + LEGEND}px`;
   }
@@ -120,7 +123,10 @@ export class Chart {
   }
 
   make(curves, data) {
+    const focused = this.plot && this.keys[labels(this.plot).indexOf(document.activeElement)];
     this.plot?.destroy();
+    // As many as series, of which the first is the time.
+    this.keys = [null, ...curves.map(it => `${it.label}|${it.tone}`)];
     const { host, height, unit, name } = this.spec;
     const series = [{ label: "time [s]", value: (_, value) => number(value, 7) }];
     const bands = [];
@@ -128,7 +134,7 @@ export class Chart {
       const stroke = ink(curve.tone);
       if (curve.upper) bands.push({ series: [series.length, series.length - 1], fill: stroke + "2e" });
       series.push({
-        label: curve.label, stroke: curve.edge ? stroke + "55" : stroke, width: curve.edge ? 0.6 : 1.4,
+        label: curve.label, show: !this.hidden.has(this.keys[series.length]), stroke: curve.edge ? stroke + "55" : stroke, width: curve.edge ? 0.6 : 1.4,
         dash: curve.dashed ? [6, 4] : curve.dotted ? [2, 2] : undefined, points: { show: false }, value: (_, value) => number(value, 5),
       });
     }
@@ -142,13 +148,20 @@ export class Chart {
         draw: [u => this.marks(u), u => this.cursorLines(u)],
         setCursor: [u => { if (u.cursor.left >= 0) hover(u.posToVal(u.cursor.left, "x")); }],
         setSelect: [u => this.selected(u)],
-        setSeries: [u => said(u)],
+        setSeries: [u => this.chosen(u)],
       },
     }, data, host);
     legend(this.plot);
+    // Made anew, it is as the user left it: what is hidden, and where the keyboard is.
+    if (focused) labels(this.plot)[this.keys.indexOf(focused)]?.focus();
     const over = this.plot.over;
     over.addEventListener("dblclick", event => { event.stopImmediatePropagation(); this.spec.onAll(); }, true);
     over.addEventListener("mousedown", event => this.pan(event), true);
+  }
+
+  chosen(u) {
+    this.hidden = new Set(this.keys.filter((key, index) => key && !u.series[index].show));
+    said(u);
   }
 
   range(low, high) {
