@@ -340,7 +340,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
         return Some(EffectRefusal::CubicInCurve);
     }
     // Where few levels are held, a grid is an offset of each of them at will.
-    if matches!(effect.law, Law::PiecewiseConstant(_)) {
+    if effect.is_grid() {
         let (commands, needed) =
             (logs.iter().map(different_commands).min().unwrap_or(0), THRESHOLDS.fewest_commands_for_grid);
         if commands < needed {

@@ -55,7 +55,7 @@ impl Candidate<'_> {
     /// Whether a parameter is one of a law without slope.
     pub(crate) fn is_discontinuous(&self, name: &str) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
-        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
+        self.known.iter().any(|effect| effect.id == id && effect.is_grid())
     }
 
     /// Whether a number has no slope: that of a law in jumps, or of a law that acts on what such a one then takes to its grid.
@@ -85,8 +85,7 @@ impl Candidate<'_> {
 
     fn acts_ahead_of_grid(&self, law: &Effect, model: &Model) -> bool {
         let inside = self.inside(model);
-        let mut grids = inside.iter().filter(|effect| matches!(effect.law, Law::PiecewiseConstant(_)));
-        !matches!(law.law, Law::Delay(_)) && grids.any(|grid| model.acts_before(law, grid))
+        inside.iter().any(|grid| grid.is_grid() && acts_ahead_of(law, grid, model))
     }
 
     /// Of the numbers `names` of a model those that a fit may move beside a grid.
@@ -108,6 +107,11 @@ impl Candidate<'_> {
             |parameter| Free { start, bounds: parameter.bounds, scale: typical(parameter) },
         )
     }
+}
+
+/// Whether a law moves the commands that come to a grid. A dead time moves no level.
+pub(super) fn acts_ahead_of(law: &Effect, grid: &Effect, model: &Model) -> bool {
+    !matches!(law.law, Law::Delay(_)) && model.acts_before(law, grid)
 }
 
 /// The size a parameter typically has.

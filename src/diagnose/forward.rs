@@ -1,7 +1,7 @@
 //! Forwards: sets of effects grow by one at a time, several sets side by side.
 
 use super::candidate_fit::CandidateFit;
-use super::candidate_set::Candidate;
+use super::candidate_set::{Candidate, acts_ahead_of};
 use super::data_split::DataSplit;
 use super::looks::LookCache;
 use super::model_selection::{improves, is_identifiable, over_floor, same_set};
@@ -9,7 +9,6 @@ use super::parallel::{Finalists, run_promising};
 use super::progress::SearchEvent;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
-use crate::effect::Law;
 use crate::model::Effect;
 
 impl Search<'_> {
@@ -54,7 +53,7 @@ impl Search<'_> {
             let mut groups = self.one_deeper(&front, fits, base);
             let ahead = if depth == 1 { self.ahead_of_grid(&front, fits) } else { Vec::new() };
             groups.extend(self.one_deeper(&ahead, fits, base).into_iter().map(|mut group| {
-                group.retain(|candidate| candidate.effects.last().is_some_and(|last| is_grid(last)));
+                group.retain(|candidate| candidate.effects.last().is_some_and(|last| last.is_grid()));
                 group
             }));
             let most = if depth == 1 { THRESHOLDS.pair_candidates } else { THRESHOLDS.set_candidates };
@@ -97,13 +96,12 @@ impl Search<'_> {
     /// Where a grid is one of the front, the effects that act ahead of one and are no grids: a grid hides what a dead zone gains alone, and
     /// one that was found without that lies elsewhere.
     fn ahead_of_grid(&self, front: &[CandidateFit], fits: &[CandidateFit]) -> Vec<CandidateFit> {
-        let grids: Vec<&Effect> = self.admitted().into_iter().filter(|effect| is_grid(effect)).collect();
+        let grids: Vec<&Effect> = self.admitted().into_iter().filter(|effect| effect.is_grid()).collect();
         let is_any_in_front = grids.iter().any(|grid| front.iter().any(|set| set.effects.contains(&grid.id)));
         let acts_ahead = |fitted: &&CandidateFit| {
             let [id] = fitted.effects.as_slice() else { return false };
-            let law =
-                self.known.iter().find(|effect| effect.id == *id && !matches!(effect.law, Law::Delay(_)));
-            law.is_some_and(|law| grids.iter().any(|grid| fitted.model.with(grid).acts_before(law, grid)))
+            let law = self.known.iter().find(|effect| effect.id == *id);
+            law.is_some_and(|law| grids.iter().any(|grid| acts_ahead_of(law, grid, &fitted.model.with(grid))))
         };
         let others = fits.iter().filter(|_| is_any_in_front).filter(acts_ahead);
         others.filter(|other| !front.iter().any(|set| set.effects == other.effects)).cloned().collect()
@@ -112,7 +110,7 @@ impl Search<'_> {
     /// Whether the last effect of a set is one in jumps.
     fn ends_on_grid(&self, set: &[String]) -> bool {
         let last = set.last().map(std::slice::from_ref).unwrap_or_default();
-        self.lookup(last).iter().any(|effect| is_grid(effect))
+        self.lookup(last).iter().any(|effect| effect.is_grid())
     }
 
     /// The sets of a depth whose effects are determined and do not cancel each other, best first.
@@ -158,10 +156,6 @@ impl Search<'_> {
         }
         answer
     }
-}
-
-fn is_grid(effect: &Effect) -> bool {
-    matches!(effect.law, Law::PiecewiseConstant(_))
 }
 
 #[cfg(test)]

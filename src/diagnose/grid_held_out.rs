@@ -6,16 +6,15 @@ use super::candidate::with_errors;
 use super::candidate_fit::noise_multiple;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::grid_cost::taken_up;
+use super::followed_cost::FollowedCost;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::normal_equations::{remove, sum_of_squares};
-use crate::estimation::output_error::{Fit, OutputError, fit, validate};
+use crate::estimation::output_error::{Fit, fit, validate};
 use crate::model::Model;
 
 impl Candidate<'_> {
-    /// The model with the numbers of its grid where the held-out data have them, of those that the fitted data tell `hardly_worse` ones,
-    /// with both its fits; `None` where they leave as little as the fitted data do, or hardly less there.
+    /// The model with those of the `hardly_worse` numbers of its grid that leave least held out, and both its fits; `None` where its own
+    /// leave hardly more there, or as little as on the fitted data.
     pub(super) fn moved_on_held_out(
         &self,
         (model, names): (&Model, &[String]),
@@ -31,24 +30,17 @@ impl Candidate<'_> {
         let inside = self.inside(model);
         let problem = |data| Problem::new(data, model.clone(), names.to_vec(), &inside);
         let (train, validation) = (problem(&split.train), problem(&split.validate));
-        let mut without_grid = fitted.globals.clone();
-        for (number, _) in without_grid.iter_mut().zip(names).filter(|(_, name)| self.is_discontinuous(name))
-        {
-            *number = 0.0;
-        }
+        let grid = names.iter().position(|name| self.is_discontinuous(name))?;
         // The curve follows the grid; on the fitted data, below.
-        let taken_up = taken_up(&validation, &without_grid, &held_out.locals, &self.moves(names, model));
-        let mut left = vec![0.0; validation.len()];
-        let mut cost = |globals: &[f64]| {
-            validation.residuals(globals, &held_out.locals, &mut left);
-            remove(&taken_up, &mut left);
-            sum_of_squares(&left)
-        };
-        let before = cost(&fitted.globals);
+        let (numbers, moves) = ((fitted.globals.as_slice(), grid), self.moves(names, model));
+        let mut cost = FollowedCost::near(&validation, numbers, &held_out.locals, &moves);
+        let before = cost.at(&fitted.globals);
         let every = hardly_worse.len().div_ceil(THRESHOLDS.most_hardly_worse);
-        let scored = hardly_worse.iter().step_by(every).map(|globals| (globals, cost(globals)));
+        let scored = hardly_worse.iter().step_by(every).map(|globals| (globals, cost.at(globals)));
         let (globals, least) = scored.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if least > (1.0 - THRESHOLDS.least_gain) * before {
+        // What is no number is no gain, here and below.
+        let gains = least <= (1.0 - THRESHOLDS.least_gain) * before;
+        if !gains {
             return None;
         }
         let frees = self.frees(names, &train.model(globals));
@@ -56,7 +48,8 @@ impl Candidate<'_> {
         let used = fitted.residuals.measured().iter().filter(|left| **left != 0.0).count().max(1);
         let limit = fitted.cost * (1.0 + THRESHOLDS.hardly_worse_errors.powi(2) / used as f64);
         let judged = validate(&validation, &followed.globals);
-        if followed.cost > limit || judged.cost > held_out.cost {
+        let is_as_good = followed.cost <= limit && judged.cost <= held_out.cost;
+        if !is_as_good {
             return None;
         }
         let free = followed.standard_errors.iter_mut().zip(&fitted.standard_errors).zip(names);

@@ -2,14 +2,14 @@
 //! no slope either: where it moves rows, it moves them by whole steps.
 
 use super::block_data::BlockData;
+use super::followed_cost::FollowedCost;
 use super::grid_constraint::{BoundedNumber, GridConstraint, WithoutSlope};
-use super::grid_cost::{fine, taken_up};
+use super::grid_cost::fine;
 use super::grid_search::{sizes, spacing};
 use super::joint_scan::JointScan;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::normal_equations::{remove, sum_of_squares};
-use crate::estimation::output_error::{Fit, OutputError};
+use crate::estimation::output_error::Fit;
 
 /// Moves a grid of a fit to the best one nearby, where the numbers at `moves`, of these sizes, may move beside it.
 pub(crate) fn refine(
@@ -20,14 +20,9 @@ pub(crate) fn refine(
     found: &mut Fit,
 ) {
     let Some((_, typical)) = sizes(data) else { return };
-    let mut scratch = vec![0.0; problem.len()];
     let mut globals = found.globals.clone();
-    let taken_up = taken_up_without_grid(problem, places, moves, found);
-    let mut cost = |globals: &[f64]| {
-        problem.residuals(globals, &found.locals, &mut scratch);
-        remove(&taken_up, &mut scratch);
-        sum_of_squares(&scratch)
-    };
+    let mut followed = FollowedCost::near(problem, (&globals, places.grid.index), &found.locals, moves);
+    let mut cost = |globals: &[f64]| followed.at(globals);
     let mut move_one =
         |globals: &mut Vec<f64>, place: &BoundedNumber, width: f64, constraint: Option<&GridConstraint>| {
             let at = |value: f64| places.moved(problem, globals, (place, value), constraint);
@@ -69,6 +64,12 @@ pub(crate) struct Around<'a> {
     pub moves: &'a [(usize, f64)],
 }
 
+impl<'a> Around<'a> {
+    fn cost_beside(&self, found: &Fit) -> FollowedCost<'a> {
+        FollowedCost::near(self.problem, (&found.globals, self.places.grid.index), &found.locals, self.moves)
+    }
+}
+
 /// Moves the numbers without a slope of a fit to the best values nearby, and gives them standard errors: how far each must move until
 /// the cost rises by the variance of the noise. Where one puts the grid elsewhere, the step goes with it, and so do the numbers that
 /// may move beside: a curve takes up what a dead zone a hair wider leaves, and `follow` fits it to where they are moved. Where the fit
@@ -82,7 +83,7 @@ pub(crate) fn refine_with_error(
     let Some((_, typical)) = sizes(data) else { return Vec::new() };
     let used = found.residuals.measured().iter().filter(|residual| **residual != 0.0).count().max(1);
     let limit_of = |cost: f64| cost + cost / used as f64;
-    let mut cost = CostOfGrid::beside(around, found);
+    let mut cost = around.cost_beside(found);
     let mut cost_at = |globals: &[f64]| cost.at(globals);
     let scan = JointScan::around(problem, data, places, &found.globals, (&mut cost_at, limit_of));
     let moved = scan.best().unwrap_or(&found.globals).clone();
@@ -93,7 +94,7 @@ pub(crate) fn refine_with_error(
             *found = followed;
         }
     }
-    let mut cost = CostOfGrid::beside(around, found);
+    let mut cost = around.cost_beside(found);
     let mut cost_at = |globals: &[f64]| cost.at(globals);
     let at = found.globals.clone();
     let cost = cost_at(&at);
@@ -115,28 +116,6 @@ pub(crate) fn refine_with_error(
     }
     found.standard_errors[grid] = step_error.hypot(scan.spread(grid, &at, limit));
     hardly_worse
-}
-
-/// What a grid leaves beside a fit, less what the numbers that may move beside it can take up.
-struct CostOfGrid<'a> {
-    problem: &'a Problem<'a>,
-    locals: Vec<f64>,
-    taken_up: Vec<Vec<f64>>,
-    left: Vec<f64>,
-}
-
-impl<'a> CostOfGrid<'a> {
-    fn beside(around: &Around<'a>, found: &Fit) -> Self {
-        let Around { problem, places, moves, .. } = *around;
-        let taken_up = taken_up_without_grid(problem, places, moves, found);
-        Self { problem, locals: found.locals.clone(), taken_up, left: vec![0.0; problem.len()] }
-    }
-
-    fn at(&mut self, globals: &[f64]) -> f64 {
-        self.problem.residuals(globals, &self.locals, &mut self.left);
-        remove(&self.taken_up, &mut self.left);
-        sum_of_squares(&self.left)
-    }
 }
 
 /// The best numbers near some, one moved after the other.
@@ -227,25 +206,14 @@ fn standard_error(
     if inside.is_empty() { bounds.1 - bounds.0 } else { inside.iter().sum::<f64>() / inside.len() as f64 }
 }
 
-/// What the numbers at `moves` take up of the residuals of a fit without its grid: on one they have no slope.
-fn taken_up_without_grid(
-    problem: &Problem,
-    places: &WithoutSlope,
-    moves: &[(usize, f64)],
-    found: &Fit,
-) -> Vec<Vec<f64>> {
-    let mut globals = found.globals.clone();
-    globals[places.grid.index] = 0.0;
-    taken_up(problem, &globals, &found.locals, moves)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::block_data::Runs;
     use super::super::rotor_block::rotor_runs;
     use super::super::tests::{at_once, behind_a_dead_zone, noise};
     use super::*;
-    use crate::estimation::output_error::{Free, fit};
+    use crate::estimation::normal_equations::sum_of_squares;
+    use crate::estimation::output_error::{Free, OutputError, fit};
     use crate::log::Dataset;
     use crate::model::{Effect, Model};
 

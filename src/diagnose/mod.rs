@@ -21,6 +21,7 @@ mod directions;
 pub mod driver_inference;
 mod error;
 mod extend;
+mod followed_cost;
 mod forward;
 mod grid_constraint;
 mod grid_cost;

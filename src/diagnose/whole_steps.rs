@@ -2,24 +2,17 @@
 //! that it came to with the others, all of them a step higher or lower, on another curve. No look from nearby leads from one to the next:
 //! between them levels are off.
 
+use super::followed_cost::FollowedCost;
 use super::grid_constraint::{BoundedNumber, GridConstraint};
-use super::grid_cost::taken_up;
 use super::grid_refine::Around;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::normal_equations::{remove, sum_of_squares};
-use crate::estimation::output_error::OutputError;
 
 /// The numbers with which the grid lies some whole steps further and the least is left when the numbers that may move beside have followed;
 /// `None` where it is best left where it is.
 pub(super) fn best_of_whole_steps(around: &Around, globals: &[f64], locals: &[f64]) -> Option<Vec<f64>> {
     let Around { problem, places, moves, .. } = *around;
-    let mut left = vec![0.0; problem.len()];
-    let mut cost = |globals: &[f64]| {
-        let mut without_grid = globals.to_vec();
-        without_grid[places.grid.index] = 0.0;
-        problem.residuals(globals, locals, &mut left);
-        remove(&taken_up(problem, &without_grid, locals, moves), &mut left);
-        sum_of_squares(&left)
+    let cost = |globals: &[f64]| {
+        FollowedCost::near(problem, (globals, places.grid.index), locals, moves).at(globals)
     };
     let most = THRESHOLDS.promising_share * cost(globals);
     let steps = (1..=THRESHOLDS.whole_steps).flat_map(|steps| [-f64::from(steps), f64::from(steps)]);

@@ -38,6 +38,12 @@ pub struct EffectParameter {
 }
 
 impl Effect {
+    /// Whether its law is a grid, to which a fit finds no slope.
+    #[must_use]
+    pub fn is_grid(&self) -> bool {
+        matches!(self.law, Law::PiecewiseConstant(_))
+    }
+
     pub(super) fn from_card(card: &'static Card) -> Self {
         let parameters = card.parameters.iter().map(|parameter| EffectParameter {
             name: parameter.name.to_owned(),

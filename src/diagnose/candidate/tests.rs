@@ -126,3 +126,30 @@ fn starts_with_a_grid_are_not_repeated() {
     assert!(!looked_at.is_fitted_on_all(), "they were only looked at");
     assert_eq!(looked_at.starts[0].locals.len(), split.train.units().len());
 }
+
+/// What single effects are found to be decides which sets are looked at: none of their starts is left out. Of a set's the best go on.
+#[test]
+fn every_start_of_a_single_effect_is_followed_and_the_best_of_a_set() {
+    let known = Model::paper().known_effects().expect("the catalogue");
+    let effects = |ids: &[&str]| -> Vec<_> {
+        ids.iter().filter_map(|id| known.iter().find(|effect| effect.id == *id)).collect()
+    };
+    let nominal = Model::paper();
+    let mut from = nominal.clone();
+    // A base that has moved is tried where it was, too.
+    from.set_parameter("steady_rate_linear", 2.0 * nominal.parameter("steady_rate_linear").expect("in it"));
+    let mut data = at_once((0..600).map(|row| 0.4 + 0.2 * f64::from(row / 20 % 3)));
+    data.sigma[0] = 1.0;
+    let split = DataSplit::new(data.clone(), Some(data));
+    for (ids, is_single) in [(&["motor_heating"][..], true), (&["motor_heating", "static_offset"], false)] {
+        let (effects, base) = (effects(ids), vec!["steady_rate_linear".to_owned()]);
+        let fresh = effects.clone();
+        let candidate =
+            Candidate { from: &from, nominal: &nominal, effects, base, known: &known, without: None };
+        let template = fresh.iter().fold(from.clone(), |model, effect| model.with(effect));
+        let starts = candidate.starts(&template, &fresh, &split).len();
+        let expected = if is_single { starts } else { THRESHOLDS.starts_followed };
+        assert!(starts > THRESHOLDS.starts_followed, "{starts}");
+        assert_eq!(candidate.starting_points(&split).starts.len(), expected, "{ids:?}");
+    }
+}

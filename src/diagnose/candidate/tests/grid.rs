@@ -2,7 +2,7 @@
 
 use crate::diagnose::block_data::Runs;
 use crate::diagnose::candidate::*;
-use crate::diagnose::grid_refine::Around;
+use crate::diagnose::grid_refine::{Around, refine_with_error};
 use crate::diagnose::rotor_block::rotor_runs;
 use crate::diagnose::tests::noise;
 use crate::diagnose::whole_steps::best_of_whole_steps;
@@ -11,9 +11,10 @@ use crate::model::Effect;
 
 const WIDTH: f64 = 0.08;
 const STEP: f64 = 0.012;
+const CURVE: [&str; 2] = ["steady_rate_linear", "steady_rate_quadratic"];
 
-/// So many levels, held for 0.3 s each, in twenty small Euler steps a row: no code of the model.
-fn levels(count: usize, seed: usize) -> BlockData {
+/// So many levels behind a dead zone of this width, held for 0.3 s each, in twenty small Euler steps a row: no code of the model.
+fn levels(count: usize, seed: usize, width: f64) -> BlockData {
     let rows = 15 * count;
     let time: Vec<f64> = (0..rows).map(|row| 0.02 * row as f64).collect();
     // From a multiplicative hash.
@@ -21,7 +22,7 @@ fn levels(count: usize, seed: usize) -> BlockData {
         |row: usize| f64::from((((row / 15 + seed) as u32).wrapping_mul(2_654_435_761) >> 16) & 0xfff);
     let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.4 * level(row) / 4096.0).collect();
     let g = |u: f64| 1124.5 * u + 447.1 * u * u;
-    let of = |u: f64| g(((u - WIDTH) / (1.0 - WIDTH) / STEP).round() * STEP);
+    let of = |u: f64| g(((u - width) / (1.0 - width) / STEP).round() * STEP);
     let mut rate = of(command[0]);
     let mut rates = Vec::new();
     for (row, u) in command.iter().enumerate() {
@@ -51,22 +52,20 @@ fn lying(known: &[Effect], steps: f64) -> Model {
     model
 }
 
+/// Both laws, from a model that may have them, beside these numbers of the curve.
+fn candidate<'a>(model: &'a Model, known: &'a [Effect], base: &[&str]) -> Candidate<'a> {
+    let base = base.iter().map(|name| (*name).to_owned()).collect();
+    Candidate { from: model, nominal: model, effects: effects(known), base, known, without: None }
+}
+
 /// A curve that bent after a grid some steps off leaves little, and a look nearby sees nothing better.
 #[test]
 fn a_grid_that_lies_whole_steps_off_is_moved_by_just_those() {
     let known = Model::paper().known_effects().expect("the catalogue");
-    let data = levels(120, 1);
+    let data = levels(120, 1, WIDTH);
     for steps in [-1.0, 3.0] {
         let model = lying(&known, steps);
-        let base: Vec<String> = ["steady_rate_linear", "steady_rate_quadratic"].map(str::to_owned).to_vec();
-        let candidate = Candidate {
-            from: &model,
-            nominal: &model,
-            effects: effects(&known),
-            base,
-            known: &known,
-            without: None,
-        };
+        let candidate = candidate(&model, &known, &CURVE);
         let inside = candidate.inside(&model);
         let names = candidate.names_in(&inside, true);
         let problem = Problem::new(&data, model.clone(), names.clone(), &inside);
@@ -86,21 +85,66 @@ fn a_grid_that_lies_whole_steps_off_is_moved_by_just_those() {
     }
 }
 
+/// A dead zone that was found without a grid may be one of its steps off, on a curve that bent after it.
+#[test]
+fn a_grid_found_beside_a_dead_zone_a_step_off_ends_where_it_lies() {
+    let known = Model::paper().known_effects().expect("the catalogue");
+    let data = levels(120, 1, WIDTH);
+    let split = DataSplit::new(data.clone(), Some(data));
+    for steps in [-1.0, 2.0] {
+        let alone = lying(&known, steps).without("command_quantization");
+        let curve: Vec<String> = CURVE.map(str::to_owned).to_vec();
+        let inside: Vec<&Effect> = effects(&known)[..1].to_vec();
+        let problem = Problem::new(&split.train, alone.clone(), curve.clone(), &inside);
+        let bent = candidate(&alone, &known, &CURVE);
+        let end = fit(&problem, &bent.frees(&curve, &alone), None, &THRESHOLDS.full_fit);
+        let bent = problem.model(&end.globals);
+        let found = candidate(&bent, &known, &CURVE).run(&split).model;
+        let (width, error) = (found.parameter("command_dead_zone.width"), "command_dead_zone.width");
+        let (width, error) = (width.expect("in it"), found.standard_errors[error]);
+        // All it could come to by whole steps are five errors and more off.
+        assert!((width - WIDTH).abs() < 3.0 * error && error < 0.2 * STEP, "{steps}: {width} ± {error}");
+    }
+}
+
+/// Held, the curve would let a step seem far better known than it is: it takes up what a step a hair off leaves.
+#[test]
+fn a_curve_follows_a_grid_that_stands_alone() {
+    let known = Model::paper().known_effects().expect("the catalogue");
+    let data = levels(120, 1, 0.0);
+    let lone = effects(&known)[1..].to_vec();
+    let mut model = Model::paper().with(lone[0]);
+    model.set_parameter("command_quantization.step", STEP);
+    let candidate = Candidate { effects: lone, ..candidate(&model, &known, &CURVE) };
+    let inside = candidate.inside(&model);
+    let names = candidate.names_in(&inside, true);
+    let problem = Problem::new(&data, model.clone(), names.clone(), &inside);
+    let grid = names.iter().position(|name| name == "command_quantization.step").expect("the step");
+    let places = candidate.without_slope(grid, &names, &model);
+    let from = |model: &Model| fit(&problem, &candidate.frees(&names, model), None, &THRESHOLDS.full_fit);
+    let follow = |globals: &[f64]| from(&problem.model(globals));
+    let fitted = from(&model);
+    let found = |moves: &[(usize, f64)]| {
+        let mut found = fitted.clone();
+        refine_with_error(
+            &Around { problem: &problem, data: &data, places: &places, moves },
+            follow,
+            &mut found,
+        );
+        (found.globals[grid], found.standard_errors[grid])
+    };
+    let (held, (step, error)) = (found(&[]), found(&candidate.moves(&names, &model)));
+    assert!(error > 2.0 * held.1, "± {error}, held ± {}", held.1);
+    assert!((step - STEP).abs() < 2.0 * error, "{step} ± {error}");
+}
+
 /// Fifty levels do not say to which side of a step each of a hundred others comes.
 #[test]
 fn new_levels_between_those_fitted_on_are_no_error_of_the_grid() {
     let known = Model::paper().known_effects().expect("the catalogue");
     let model = lying(&known, 0.0);
-    let split = DataSplit::new(levels(50, 1), Some(levels(100, 400)));
-    let base = vec!["steady_rate_linear".to_owned()];
-    let candidate = Candidate {
-        from: &model,
-        nominal: &model,
-        effects: effects(&known),
-        base,
-        known: &known,
-        without: None,
-    };
+    let split = DataSplit::new(levels(50, 1, WIDTH), Some(levels(100, 400, WIDTH)));
+    let candidate = candidate(&model, &known, &CURVE[..1]);
     let starts = candidate.starting_points(&split);
     let FullFit { fit: plain, slopes, model: at, hardly_worse } = candidate.fitted(&starts, &split);
     let as_fitted = candidate.held_out(&at, (&plain, &slopes), &starts.names, &split);
@@ -119,4 +163,29 @@ fn new_levels_between_those_fitted_on_are_no_error_of_the_grid() {
         let error = at.standard_errors[name];
         assert!(off.abs() < 3.0 * error, "{name}: {off} with {error}");
     }
+}
+
+/// A log of another bench asks for another dead zone; the fitted data refuse it.
+#[test]
+fn numbers_that_the_fitted_data_refuse_are_not_taken() {
+    let known = Model::paper().known_effects().expect("the catalogue");
+    let model = lying(&known, 0.0);
+    let split = DataSplit::new(levels(50, 1, WIDTH), Some(levels(50, 400, WIDTH + 0.004)));
+    let candidate = candidate(&model, &known, &CURVE[..1]);
+    let starts = candidate.starting_points(&split);
+    let FullFit { fit: own, slopes, model: at, .. } = candidate.fitted(&starts, &split);
+    let held_out = candidate.held_out(&at, (&own, &slopes), &starts.names, &split);
+    let place = |name: &str| starts.names.iter().position(|other| other == name).expect("in it");
+    let mut others = own.globals.clone();
+    others[place("command_dead_zone.width")] = WIDTH + 0.004;
+    others[place("command_quantization.step")] = STEP;
+    let inside = candidate.inside(&at);
+    let ratio = |data| {
+        let problem = Problem::new(data, at.clone(), starts.names.clone(), &inside);
+        problem.cost_of(&problem.model(&others)) / problem.cost_of(&at)
+    };
+    assert!(ratio(&split.validate) < 0.5, "that log has them: {}", ratio(&split.validate));
+    assert!(ratio(&split.train) > 2.0, "and the fitted one has not: {}", ratio(&split.train));
+    let of = (&own, &held_out);
+    assert!(candidate.moved_on_held_out((&at, &starts.names), of, &[others.clone()], &split).is_none());
 }
