@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
-use crate::estimation::moments::mean;
+use crate::estimation::moments::squares_about_mean;
 use crate::estimation::scattered::scattered;
 use crate::estimation::slope::{beside_a_line, finite_slope};
 use crate::estimation::windows;
@@ -205,8 +205,7 @@ pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
                 rates.push(rate + step * run.carried[row]);
                 angles.push(angle + step * (rate + 0.5 * step * run.carried[row]));
             }
-            let mean = mean(&rates);
-            sums[0] += rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>();
+            sums[0] += squares_about_mean(rates.iter().copied()).1;
             sums[1] += beside_a_line(&angles);
             count += rates.len() as f64;
         }

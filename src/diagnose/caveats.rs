@@ -8,7 +8,7 @@ use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::{Law, Site, Term, acting_as, find};
-use crate::estimation::moments::{mean_of, mean_square};
+use crate::estimation::moments::{mean_square, squares_about_mean};
 use crate::estimation::slope::slope;
 use crate::model::Model;
 use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
@@ -223,8 +223,7 @@ fn battery_or_time(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding
         }
     }
     let (slope, spread) = slope(&time, &volts);
-    let mean = mean_of(volts.iter().copied());
-    let all: f64 = volts.iter().map(|value| (value - mean).powi(2)).sum();
+    let (_, all) = squares_about_mean(volts.iter().copied());
     let share = if all > 0.0 { slope * slope * spread / all } else { 0.0 };
     (share >= THRESHOLDS.battery_with_time).then(|| {
         let finding = Finding::new("battery_or_time", subject.as_str()).with("logs", logs.len());

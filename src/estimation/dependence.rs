@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::moments::{mean, mean_square};
+use super::moments::{mean, mean_square, squares_about_mean};
 use super::quantile::extremes;
 use super::ranks::{RankCells, Ranks};
 use super::thresholds::THRESHOLDS;
@@ -207,9 +207,8 @@ struct Variance {
 
 impl Variance {
     fn of(errors: &[f64]) -> Self {
-        let count = errors.len() as f64;
-        let mean = errors.iter().sum::<f64>() / count;
-        Self { count, mean, total: errors.iter().map(|error| (error - mean).powi(2)).sum() }
+        let (mean, total) = squares_about_mean(errors.iter().copied());
+        Self { count: errors.len() as f64, mean, total }
     }
 
     /// Share of the variance that the bins' means carry; corrected for what that many means carry of anything.

@@ -150,12 +150,12 @@ impl LagResponse {
     }
 
     /// Magnitude [-] and phase [deg], unwound, behind a zero-order hold and sampled every `interval` [s] at the instants
-    /// of the commands.
+    /// of the changes of its input.
     #[must_use]
     pub fn sampled(&self, interval: f64, frequency: f64) -> (f64, f64) {
         let forward = Complex64::from_polar(1.0, std::f64::consts::TAU * frequency * interval);
         let whole = (self.delay / interval + 1e-9).floor();
-        // The command changes this long before the end of an interval.
+        // The input changes this long before the end of an interval.
         let left = interval - (self.delay - whole * interval).max(0.0);
         let (decay, held_part) = ((-self.pole * interval).exp(), (-self.pole * left).exp());
         let input = Complex64::new(1.0 - held_part, 0.0) + (held_part - decay) / forward;

@@ -7,6 +7,7 @@ use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex64;
 use rustfft::{Fft, FftDirection};
 
+use super::moments::squares_about_mean;
 use crate::cancel;
 
 /// [samples] of a transform: much longer than the lags, and short enough for the processor's caches.
@@ -23,9 +24,8 @@ pub(crate) struct Centred<'a> {
 
 impl<'a> Centred<'a> {
     pub fn of(values: &'a [f64]) -> Self {
-        let good = || values.iter().copied().filter(|value| value.is_finite());
-        let mean = good().sum::<f64>() / (good().count().max(1)) as f64;
-        let size = good().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt();
+        let (mean, squares) = squares_about_mean(values.iter().copied().filter(|value| value.is_finite()));
+        let size = squares.sqrt();
         Self { values, mean, scale: if size > 0.0 { 1.0 / size } else { 0.0 } }
     }
 

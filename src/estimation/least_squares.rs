@@ -69,7 +69,7 @@ pub(crate) fn instrumental(
         return None;
     }
     let first_stage = invert(&instruments.tr_mul(&instruments))? * instruments.tr_mul(&design);
-    // In blocks: beside the columns of a long log there is no room for as much again.
+    // In blocks: beside long columns there is no room for as much again.
     let fitted = |rows: &Range<usize>| instruments.rows(rows.start, rows.len()) * &first_stage;
     let (mut squares, mut products) = (DMatrix::zeros(columns, columns), DVector::zeros(columns));
     for block in blocks(rows) {

@@ -5,6 +5,7 @@ pub(crate) mod bootstrap;
 pub(crate) mod censored_normal;
 pub mod consistency;
 pub mod cross_correlation;
+mod damping;
 pub mod dependence;
 pub(crate) mod dependent_columns;
 pub mod estimate;

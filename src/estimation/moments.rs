@@ -16,12 +16,20 @@ pub fn mean_of(values: impl Iterator<Item = f64>) -> f64 {
     sum / count as f64
 }
 
+/// The mean, zero of none, and the sum of the squares about it.
+#[must_use]
+pub fn squares_about_mean(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let (sum, count) = values.clone().fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
+    let mean = sum / count.max(1) as f64;
+    (mean, values.map(|value| (value - mean).powi(2)).sum())
+}
+
 /// The mean and its standard error, of values that know nothing of each other.
 #[must_use]
 pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
-    let mean = mean(values);
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    let (mean, squares) = squares_about_mean(values.iter().copied());
+    let variance = squares / (count - 1.0).max(1.0);
     (mean, (variance / count).sqrt())
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use wide::f64x4;
 
-use super::moments::mean;
+use super::moments::{mean, squares_about_mean};
 use crate::cancel;
 use crate::threads::spread;
 
@@ -25,8 +25,8 @@ pub fn slope(time: &[f64], values: &[f64]) -> (f64, f64) {
 #[must_use]
 pub fn beside_a_line(values: &[f64]) -> f64 {
     let index: Vec<f64> = (0..values.len()).map(|index| index as f64).collect();
-    let ((slope, spread), mean) = (slope(&index, values), mean(values));
-    let power: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let (slope, spread) = slope(&index, values);
+    let (_, power) = squares_about_mean(values.iter().copied());
     (power - slope * slope * spread).max(0.0)
 }
 

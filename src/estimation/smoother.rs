@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::kalman_smoother::{
     Belief, LinearSystem, Measurement, Transition, likelihood, smooth as smooth_states,
 };
+use super::moments::squares_about_mean;
 use super::noise_floor::SensorNoise;
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
@@ -100,9 +101,8 @@ fn level(values: &[f64], walk: f64) -> Vec<f64> {
 /// follows.
 fn constant(values: &[f64]) -> f64 {
     let count = values.iter().filter(|value| value.is_finite()).count().max(1) as f64;
-    let finite = || values.iter().filter(|value| value.is_finite());
-    let mean = finite().sum::<f64>() / count;
-    let scatter = finite().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt() / count;
+    let (mean, squares) = squares_about_mean(values.iter().copied().filter(|value| value.is_finite()));
+    let scatter = squares.sqrt() / count;
     if mean.abs() > THRESHOLDS.mean_errors * scatter { mean } else { 0.0 }
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct Stepped<'a> {
     pub time: &'a [f64],
     /// Not-a-number where nothing was measured.
     pub output: &'a [f64],
-    /// Another input, which moves the output through the same lag without steps of its own, as a battery's voltage does.
+    /// Another input, which moves the output through the same lag without steps of its own.
     pub other: Option<&'a [f64]>,
     /// The holds of each stretch, one behind the other; stretches know nothing of each other.
     pub stretches: &'a [Vec<Hold>],

@@ -1,4 +1,4 @@
-//! Output-error fits of very many short units, as the windows of a long log: derivatives are made a few units at a time, taken into the
+//! Output-error fits of very many short units, as windows cut from long data: derivatives are made a few units at a time, taken into the
 //! normal equations, and let go of. Kept are the residuals of the end and, of each unit, what its locals and its score follow from:
 //! of an hour at 1 kHz a tenth of what the derivatives take.
 //!
@@ -10,13 +10,13 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::damping::Damping;
 use super::fit_problem::{Fit, FitConfig, Free, LOCAL_STEP, OutputError, UnitResiduals};
 use super::measured_rows::Residuals;
 use super::normal_equations::{Normal, Slopes, errors_of, longest_cluster, sum_of_squares};
 use super::thresholds::THRESHOLDS;
 use super::unit_rescue;
 use super::unit_slopes::{UnitSlopes, local_step, moved_local, quotients};
-use crate::cancel;
 use crate::threads::spread_out;
 
 /// Fits a problem of very many short units; `None` of any other.
@@ -104,38 +104,27 @@ impl UnitFit<'_> {
         let mut kept = vec![0.0; self.kept()];
         let mut linear = self.linear(&now);
         let mut cost = linear.cost;
-        let (mut damping, mut iterations, mut slow) = (1e-4, 0, 0);
+        let mut damping = Damping::new();
         // By what the last step moved the globals since they were linearized; whether `kept` is of where the fit is.
         let (mut moved, mut is_written) = (vec![0.0; now.globals.len()], false);
-        while iterations < config.iterations {
-            let mut step = None;
-            while step.is_none() && damping < THRESHOLDS.most_damping && iterations < config.iterations {
-                cancel::check();
-                iterations += 1;
-                step = self.step(&now, (&linear, cost), damping, &mut kept);
+        while !damping.is_spent(config) {
+            let step = damping.descend(config, linear.normal.leads_on(), |damping| {
+                let step = self.step(&now, (&linear, cost), damping, &mut kept);
                 is_written = step.is_some();
-                let (less, more) = THRESHOLDS.damping_turn;
-                let may_shorten = linear.normal.leads_on();
-                damping = if is_written { (damping * less).max(1e-12) } else { damping * more };
-                if !may_shorten {
-                    break;
-                }
-            }
+                step
+            });
             let Some((next, after)) = step else { break };
             moved = difference(&next.globals, &now.globals);
             let fall = (cost - after) / cost;
             let unforeseen = (fall - linear.normal.predicted_fall(&moved) / cost).abs();
             let left = linear.normal.left_to_fall(&moved, self.free, &next.globals) / cost;
             (now, cost) = (next, after);
-            slow = if fall > THRESHOLDS.slow_fall { 0 } else { slow + 1 };
-            if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| cost > goal) {
+            if damping.is_given_up(Some(fall), cost, config) {
                 break;
             }
-            // A step that is short because it was held back says nothing about how far the valley goes on.
-            let is_whole = damping < THRESHOLDS.held_back;
             let is_predicted = unforeseen.max(left) * (kept.len() as f64) < THRESHOLDS.predicted;
-            let is_there = is_whole && (fall < config.tolerance || is_predicted);
-            if is_there || iterations >= config.iterations {
+            let is_there = damping.is_low() && (fall < config.tolerance || is_predicted);
+            if is_there || damping.is_spent(config) {
                 break;
             }
             linear = self.linear(&now);
@@ -145,7 +134,7 @@ impl UnitFit<'_> {
             self.write(&now, &mut kept);
         }
         let standard_errors = self.standard_errors(&linear, &moved, &kept);
-        self.fit(now, (cost, iterations), standard_errors, kept)
+        self.fit(now, (cost, damping.tried()), standard_errors, kept)
     }
 
     /// Where a fit goes on once units that left much were fitted by themselves; `None` where none did.

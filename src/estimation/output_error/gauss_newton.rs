@@ -2,6 +2,7 @@
 
 use std::ops::{ControlFlow, Range};
 
+use super::super::damping::Damping;
 use super::super::fit_problem::{Fit, FitConfig, Free, LOCAL_STEP, OutputError};
 use super::super::measured_rows::Residuals;
 use super::super::normal_equations::{Normal, Slopes, least_squares, standard_errors, sum_of_squares};
@@ -57,19 +58,15 @@ enum Derivatives {
 pub(super) struct Descent {
     normal: Normal,
     derivatives: Derivatives,
-    damping: f64,
-    /// Slow steps in a row.
-    slow: usize,
+    damping: Damping,
     /// Steps in a row with derivatives that were not made for them.
     on: usize,
-    /// Steps tried.
-    iterations: usize,
 }
 
 impl Descent {
     /// From these derivatives.
     pub(super) fn from(normal: Normal) -> Self {
-        Self { normal, derivatives: Derivatives::Known, damping: 1e-4, slow: 0, on: 0, iterations: 0 }
+        Self { normal, derivatives: Derivatives::Known, damping: Damping::new(), on: 0 }
     }
 }
 
@@ -113,11 +110,11 @@ impl<'a> GaussNewton<'a> {
     /// A step and where it leads, or the derivatives of the end and the steps tried.
     pub(super) fn advance(
         &mut self,
-        Descent { normal, derivatives, mut damping, mut slow, on, mut iterations }: Descent,
+        Descent { normal, derivatives, mut damping, on }: Descent,
         config: &FitConfig,
     ) -> ControlFlow<(Normal, usize), Descent> {
-        if iterations >= config.iterations {
-            return ControlFlow::Break((normal, iterations));
+        if damping.is_spent(config) {
+            return ControlFlow::Break((normal, damping.tried()));
         }
         let normal = match derivatives {
             Derivatives::Known => normal,
@@ -130,21 +127,19 @@ impl<'a> GaussNewton<'a> {
         };
         // Other derivatives, or none to follow: a shorter step is not what is wanting.
         let may_shorten = on == 0 && normal.leads_on();
-        let step = self.descend(&normal, &mut damping, may_shorten, (&mut iterations, config.iterations));
+        let step = damping.descend(config, may_shorten, |damping| self.step(&normal, damping));
         let fall = step.as_ref().map(|step| step.fall);
-        slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };
-        let is_given_up = slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| self.cost > goal);
-        // A step that is short because it was held back says nothing about how far the valley goes on.
-        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < THRESHOLDS.held_back);
+        let is_given_up = damping.is_given_up(fall, self.cost, config);
+        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping.is_low());
         if is_given_up || (is_there && !(on > 0 && fall.is_none())) {
-            return ControlFlow::Break((normal, iterations));
+            return ControlFlow::Break((normal, damping.tried()));
         }
         let may_update = config.reuses_slopes && on < THRESHOLDS.reused_steps;
         let (derivatives, on) = match step.filter(|step| may_update && step.went_as_predicted()) {
             Some(step) => (Derivatives::Updated(step), on + 1),
             None => (Derivatives::Fresh, 0),
         };
-        ControlFlow::Continue(Descent { normal, derivatives, damping, slow, on, iterations })
+        ControlFlow::Continue(Descent { normal, derivatives, damping, on })
     }
 
     /// Fits units by themselves that leave much; whether that helped.
@@ -161,31 +156,6 @@ impl<'a> GaussNewton<'a> {
         simulate(self.problem, (&self.globals, &self.locals), &mut self.whole, &mut self.residuals);
         self.cost = sum_of_squares(&self.residuals);
         true
-    }
-
-    /// A step that lowers the cost, with more damping each time that one does not, where it `may_shorten`; counts the steps tried
-    /// up to the most of them.
-    fn descend(
-        &mut self,
-        normal: &Normal,
-        damping: &mut f64,
-        may_shorten: bool,
-        (iterations, most): (&mut usize, usize),
-    ) -> Option<AcceptedStep> {
-        while *damping < THRESHOLDS.most_damping && *iterations < most {
-            cancel::check();
-            *iterations += 1;
-            let step = self.step(normal, *damping);
-            if step.is_some() {
-                *damping = (*damping * THRESHOLDS.damping_turn.0).max(1e-12);
-                return step;
-            }
-            if !may_shorten {
-                break;
-            }
-            *damping *= THRESHOLDS.damping_turn.1;
-        }
-        None
     }
 
     /// The units among the rows that are kept.

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::estimation::moments::mean_of;
+use crate::estimation::moments::squares_about_mean;
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::body::CheckedBody;
@@ -45,10 +45,9 @@ fn over_noise(log: &Dataset, values: &[f64], segments: &[Range<usize>]) -> f64 {
     let window = ((THRESHOLDS.held_window / log.median_interval()) as usize).max(2);
     let (mut squares, mut count) = (0.0, 0.0);
     for rows in segments.iter().flat_map(|rows| values[rows.clone()].chunks(window)) {
-        let known = || rows.iter().filter(|value| value.is_finite());
-        let mean = mean_of(known().copied());
-        squares += known().map(|value| (value - mean).powi(2)).sum::<f64>();
-        count += known().count() as f64;
+        let known = rows.iter().copied().filter(|value| value.is_finite());
+        squares += squares_about_mean(known.clone()).1;
+        count += known.count() as f64;
     }
     let moves = f64::sqrt(squares / f64::max(count, 1.0));
     let noise = ChannelNoise::of(values.iter().copied()).in_signal(values, segments);

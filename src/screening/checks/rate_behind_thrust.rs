@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::estimation::moments::squares_about_mean;
 use crate::screening::channel::Judgement;
 use crate::screening::readings::bridged;
 use crate::screening::rotor::CheckedRotor;
@@ -31,9 +32,8 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
     }
     let without = parts.iter().map(|part| best(&lags, |lag| all(lag).and(&part[lag], -1.0)));
     let without = without.map(|found| found.map(|(late, _)| late)).collect::<Option<Vec<f64>>>()?;
-    let mean = without.iter().sum::<f64>() / PARTS as f64;
     // The jackknife's.
-    let spread = without.iter().map(|late| (late - mean).powi(2)).sum::<f64>();
+    let (_, spread) = squares_about_mean(without.iter().copied());
     let error = (spread * (PARTS - 1) as f64 / PARTS as f64).sqrt();
     let finding = data.finding(RATE_BEHIND_THRUST).with("late_s", late).with("standard_error_s", error);
     (late > THRESHOLDS.late_errors * error).then(|| Judgement::new(finding, Vec::new()))
