@@ -11,9 +11,7 @@ use super::dead_time::{self, Delay, DelayedFit};
 use super::lag_order::{self, LagAlternative};
 use super::regressors::{NO_DELAY, record_of};
 use super::static_curve::DegreeScore;
-use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, RotorResponse};
-use crate::estimation::moments::mean;
 use crate::estimation::unknown_instants;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
@@ -389,27 +387,14 @@ fn compare_degrees(
     battery: bool,
     delay: f64,
 ) -> (Vec<DegreeScore>, Option<usize>) {
-    let mut scores = Vec::new();
-    let mut blocks: Vec<Vec<f64>> = Vec::new();
     let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(THRESHOLDS.degree_rows)).collect();
     let rotors = heads.as_slice();
-    for degree in 1..=HIGHEST_DEGREE {
-        let problem = Problem { rotors, full_voltage, degree, battery };
-        let (Some(fit), Some(squares)) = (sized!(problem, fit(delay)), sized!(problem, held_out(delay)))
-        else {
-            continue;
-        };
-        scores.push(DegreeScore {
-            degree,
-            train: fit.residual_rms,
-            held_out: mean(&squares).sqrt(),
-            coefficients: fit.coefficients[..degree].to_vec(),
-        });
-        blocks.push(squares);
-    }
     let ranges = rotors.iter().map(|rotor| bounds(&rotor.command));
     let range =
         ranges.reduce(|(low, high), other| (low.min(other.0), high.max(other.1))).unwrap_or((0.0, 1.0));
-    let preferred = super::static_curve::simplest_rising(&scores, &blocks, range);
-    (scores, preferred)
+    super::static_curve::degrees_beside(range, |degree| {
+        let problem = Problem { rotors, full_voltage, degree, battery };
+        let (fit, squares) = (sized!(problem, fit(delay))?, sized!(problem, held_out(delay))?);
+        Some((fit.coefficients[..degree].to_vec(), fit.residual_rms, squares))
+    })
 }

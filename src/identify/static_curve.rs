@@ -108,21 +108,27 @@ pub(crate) fn identify(
 
 /// Degrees 1 to 4 side by side, and the one that cross-validation prefers.
 fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore>, usize)> {
-    let mut degrees = Vec::new();
-    let mut blocks = Vec::new();
+    let (degrees, preferred) = degrees_beside(bounds(command), |degree| {
+        let fit = least_squares::least_squares(&powers(command, degree), y)?;
+        let coefficients = fit.coefficients.iter().copied().collect();
+        Some((coefficients, fit.residual_rms, held_out(command, y, degree)?))
+    });
+    Some((degrees, preferred?))
+}
+
+/// Each degree's coefficients, the rms that it leaves, and its squared errors held out, side by side; and the lowest degree whose held-out error is hardly above the best and whose curve rises over `range`.
+pub(super) fn degrees_beside(
+    range: (f64, f64),
+    each: impl Fn(usize) -> Option<(Vec<f64>, f64, Vec<f64>)>,
+) -> (Vec<DegreeScore>, Option<usize>) {
+    let (mut scores, mut blocks) = (Vec::new(), Vec::new());
     for degree in 1..=HIGHEST_DEGREE {
-        let fit = least_squares::least_squares(&powers(command, degree), y);
-        let (Some(fit), Some(errors)) = (fit, held_out(command, y, degree)) else { continue };
-        degrees.push(DegreeScore {
-            degree,
-            train: fit.residual_rms,
-            held_out: mean(&errors).sqrt(),
-            coefficients: fit.coefficients.iter().copied().collect(),
-        });
-        blocks.push(errors);
+        let Some((coefficients, train, squares)) = each(degree) else { continue };
+        scores.push(DegreeScore { degree, train, held_out: mean(&squares).sqrt(), coefficients });
+        blocks.push(squares);
     }
-    let preferred = simplest_rising(&degrees, &blocks, bounds(command))?;
-    Some((degrees, preferred))
+    let preferred = simplest_rising(&scores, &blocks, range);
+    (scores, preferred)
 }
 
 /// The powers as they are; where the ramps go up and down, the lag -g'(u) u̇ / p beside them. The coefficients, and the

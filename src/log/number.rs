@@ -51,7 +51,7 @@ impl NumberStyle {
 }
 
 /// A number of 16 bits with a point that floats.
-fn half(bits: u16) -> f64 {
+pub(super) fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1_023));
     let size = match exponent {
         0 => fraction * 2_f64.powi(-24),

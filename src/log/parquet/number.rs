@@ -1,5 +1,7 @@
 //! How the values of a column become numbers.
 
+use crate::log::number::half;
+
 /// How a value is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Physical {
@@ -104,18 +106,6 @@ impl NumberConversion {
             (true, _) => stored as u64 as f64,
         };
         if self.scale == 0 { value } else { value / 10_f64.powi(self.scale) }
-    }
-}
-
-/// A float of 16 bits.
-fn half(bits: u16) -> f64 {
-    let sign = if bits & 0x8000 == 0 { 1.0 } else { -1.0 };
-    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff) / 1024.0);
-    sign * match exponent {
-        0 => fraction * 2_f64.powi(-14),
-        0x1f if fraction == 0.0 => f64::INFINITY,
-        0x1f => f64::NAN,
-        _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
     }
 }
 
