@@ -103,3 +103,37 @@ fn a_law_behind_one_that_remembers_sees_what_that_makes_of_the_steady_rate() {
     // Rounding: rates of 700 rad/s in another order.
     assert!(apart < 1e-9, "{apart}");
 }
+
+/// The guard runs a rotor step by step, a fit over a whole log: two ways of walking through one set of laws.
+#[test]
+fn a_rotor_run_beside_a_bench_turns_as_the_one_over_its_log() {
+    let (time, command) = clock(1);
+    let voltage: Vec<f64> = time.iter().map(|time| 12.4 - 0.1 * time).collect();
+    let input = RotorInput {
+        time: &time,
+        command: &command,
+        command_from: None,
+        voltage: Some(&voltage),
+        side: -1.0,
+    };
+    for laws in [
+        &[][..],
+        &[("command_dead_zone", "width", 0.08), ("command_quantization", "step", 0.03)],
+        &[HEAT[0], HEAT[1]],
+        &[LAG, DRAG],
+        &[TELEMETRY, ("asymmetric_pole", "ratio", 0.5)],
+        &[HEAT[0], HEAT[1], LAG, DRAG, TELEMETRY],
+    ] {
+        let equations = model(laws).equations().expect("binds");
+        let mut over_log = vec![0.0; time.len()];
+        equations.rotor_readings(&input, &RotorStart { rate: Some(0.0), ..START }, &mut over_log);
+        let member = Member::new(equations, 0.0);
+        let mut state = MemberState::default();
+        for row in 0..time.len() - 1 {
+            member.advance(&mut state, time[row + 1] - time[row], command[row], voltage[row], -1.0);
+            let (beside, over_log) = (state.reading(), over_log[row + 1]);
+            // Rounding of two sums in another order.
+            assert!((beside - over_log).abs() < 1e-9 * over_log.abs(), "{laws:?} {row}: {beside} {over_log}");
+        }
+    }
+}
