@@ -77,7 +77,7 @@ pub trait BenchEnd: fmt::Debug + Send {
     /// Takes the good values of a command into `commands` and counts what it refuses.
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, commands: &mut RotorCommands) -> Decoded;
 
-    /// Whether the rotors obey at `now_ns`: some ESCs stand still until they are told that they may turn.
+    /// Whether the rotors obey at `now_ns`: some ESCs stand still until a message lets them turn.
     fn may_turn(&self, _now_ns: u64) -> bool {
         true
     }

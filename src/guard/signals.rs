@@ -8,7 +8,7 @@ use crate::signal::{Health, Sample};
 pub(super) struct SignalLimit {
     pub(super) required: bool,
     pub(super) stale_after_ns: u64,
-    /// Age of which it is told that it grows too old: [`super::thresholds::Thresholds::warning_share`] of that.
+    /// Age at which a warning says that it grows too old: [`super::thresholds::Thresholds::warning_share`] of that.
     pub(super) warning_ns: u64,
     pub(super) minimum: f64,
     pub(super) maximum: f64,

@@ -38,8 +38,8 @@ impl RotorLog {
 /// what they are said to be, their time may not either.
 pub(crate) fn too_seldom(logs: &[ScreenedLog], rotors: &[usize], pole: f64) -> Vec<Finding> {
     let measured = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));
-    let sound = measured.filter(|rotor| rotor.turns() && !rotor.stops_fits());
-    sound.filter_map(|rotor| rotor.data().too_seldom(pole)).collect()
+    let credible = measured.filter(|rotor| rotor.turns() && !rotor.stops_fits());
+    credible.filter_map(|rotor| rotor.data().too_seldom(pole)).collect()
 }
 
 #[cfg(test)]

@@ -296,8 +296,8 @@ mod tests {
         // Reading harms nobody.
         let read = ParameterTask { value: None, ..task };
         fulfilled(&read, vec![armed_by(100, S)], &nobody).0.expect("read");
-        let (twin, _) = fulfilled(&read, vec![armed_by(127, S)], &nobody);
-        assert!(matches!(twin, Err(ParameterError::Taken { own: 127 })), "{twin:?}");
+        let (taken, _) = fulfilled(&read, vec![armed_by(127, S)], &nobody);
+        assert!(matches!(taken, Err(ParameterError::Taken { own: 127 })), "{taken:?}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub enum Mark {
     /// The right set, and nothing else; or `adequate`, the right parameter, `unknown`, where that is the truth.
     Named,
     /// Another set, and the right one among at most two alternatives.
-    Twin,
+    Indistinguishable,
     /// The right effects and others that are not there.
     TooMany,
     /// Of several effects some, and none that is not there.
@@ -29,7 +29,7 @@ pub enum Mark {
 
 impl Mark {
     pub fn is_right(self) -> bool {
-        matches!(self, Self::Named | Self::Twin)
+        matches!(self, Self::Named | Self::Indistinguishable)
     }
 }
 
@@ -168,7 +168,7 @@ fn named_set(wanted: &[String], json: &Value) -> Mark {
     let alternatives: Vec<Vec<String>> =
         json["alternatives"].as_array().into_iter().flatten().map(set_of).collect();
     if alternatives.len() <= ALTERNATIVES && alternatives.iter().any(|set| set == wanted) {
-        return Mark::Twin;
+        return Mark::Indistinguishable;
     }
     if wanted.iter().all(|effect| named.contains(effect)) {
         return Mark::TooMany;
@@ -292,7 +292,7 @@ pub fn summary_table(cases: &[Judged]) -> String {
         let (strong, weak): (Vec<&Judged>, Vec<&Judged>) = all.iter().partition(|case| is_strong(case));
         let marks = [
             Mark::Named,
-            Mark::Twin,
+            Mark::Indistinguishable,
             Mark::TooMany,
             Mark::Part,
             Mark::Missed,

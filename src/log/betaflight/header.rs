@@ -260,8 +260,8 @@ impl FlightHeader {
                 Some(1) => (Encoding::Unsigned, 1),
                 Some(3) => (Encoding::Negative14, 1),
                 Some(6) => {
-                    let alike = codes.iter().skip(first).take(8).take_while(|other| *other == code).count();
-                    (Encoding::Tag8_8, alike)
+                    let count = codes.iter().skip(first).take(8).take_while(|other| *other == code).count();
+                    (Encoding::Tag8_8, count)
                 }
                 Some(7) => (Encoding::Tag2_3, 3),
                 Some(8) if first_version => (Encoding::Tag8_4First, 4),

@@ -51,7 +51,7 @@ function makePlots(columns) {
     state, head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
 }
 
-// How the bench is: a live region, told when it changes and not with every look.
+// How the bench is: a live region, read out when it changes and not with every look.
 const state = element("p", { id: "live-state", role: "status", "aria-live": "polite" });
 function tell(words, kind, code) {
   if (state.textContent !== words) state.textContent = words;

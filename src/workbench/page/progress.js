@@ -42,12 +42,12 @@ function words(search) {
 // its button.
 export function progressOf(kinds) {
   const host = element("div", { class: "progress" });
-  const told = teller();
+  const announced = teller();
   const hear = tick => {
     if (!tick) return;
     const search = kinds.includes(tick.search?.kind) ? tick.search : null;
     const made = search && state(search);
-    told.tell(search ? words(search) : "");
+    announced.tell(search ? words(search) : "");
     // Its bar would begin anew with each tenth of a second: while it runs only the words change.
     const shown = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
     if (shown) {
@@ -57,5 +57,5 @@ export function progressOf(kinds) {
   };
   onTick(hear);
   if (desk) hear(desk.tick);
-  return [told.host, host];
+  return [announced.host, host];
 }
