@@ -1,6 +1,7 @@
 //! What is said beside the answer.
 
 use super::block_data::{BlockData, Runs};
+use super::curve_caveat::shift_is_curve;
 use super::directions::Directions;
 use super::refusal::EffectRefusal;
 use super::rotor_block::rotor_runs;
@@ -42,6 +43,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
             let of_angle = usize::from(logs.iter().any(is_of_angle));
             warnings.push(Finding::new("turns_against_torque", "body").with("rate_of_angle", of_angle));
         }
+        warnings.extend(shift_is_curve(found));
         warnings.extend(at_bounds(found));
         warnings.extend(not_known(&found.answer.model, &found.answer.effects));
         warnings.extend(only_in_training(found));

@@ -15,6 +15,7 @@ pub mod candidate_fit;
 pub mod candidate_set;
 mod caveats;
 mod config;
+mod curve_caveat;
 pub mod data_split;
 pub mod diagnosis;
 mod directions;

@@ -271,6 +271,8 @@ crate::thresholds! {
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// [-] share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
     battery_with_time: f64 = 0.8, "-", "judgement";
+    /// [-] share of a named shift of g(u) that the whole curve must differ by somewhere, for the shift to be one
+    shift_of_curve: f64 = 0.5, "-", "judgement";
     /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
     /// from so far between the command and its lag on a row is on the way to a new level

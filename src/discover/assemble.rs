@@ -16,7 +16,7 @@ use crate::diagnose::search_result::SearchResult;
 use crate::diagnose::verdict::verdict;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict};
 use crate::effect::signals;
-use crate::effect::{Expression, Point};
+use crate::effect::{Expression, Point, find};
 use crate::model::Model;
 
 /// What the catalogue says, where there is nothing to discover.
@@ -106,6 +106,7 @@ fn of_law(
     // What was left of this block without the law is no news.
     let is_of_block = |subject: &str| asked.split().train.channels().iter().any(|it| it.name == subject);
     answer.findings.retain(|it| it.code != "error_above_floor" || !is_of_block(&it.subject));
+    answer.findings.retain(|it| !is_of_other_effect(&it.subject, &answer.effects));
     let (mut blocks, mut verdicts) = (blocks.to_vec(), verdicts.to_vec());
     (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
     answer.changed_parameters = changed_parameters(asked.model, &blocks, &verdicts);
@@ -113,6 +114,12 @@ fn of_law(
     model.user_effects.push(user.clone());
     answer.model = merged(&model, &blocks, &verdicts);
     answer.user_effect = Some(user);
+}
+
+/// Whether a finding is of an effect, or of a number of one, that the answer does not have.
+fn is_of_other_effect(subject: &str, effects: &[String]) -> bool {
+    let id = subject.split('.').next().unwrap_or(subject);
+    find(id).is_some() && !effects.iter().any(|effect| effect == id)
 }
 
 /// Whether a formula takes off most of what is above the noise.
@@ -394,6 +401,27 @@ impl<'a> Shaped<'a> {
             explained: self.explained,
             unit: unit_at(self.place.place.site).to_owned(),
             points: all.into_iter().enumerate().map(point).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A search that ended in `unknown` had tried effects; what was found of their numbers is no news beside a law.
+    #[test]
+    fn findings_of_effects_that_the_answer_does_not_have_are_no_news() {
+        let effects = ["torque_delay".to_owned()];
+        for (subject, expected) in [
+            ("gravity_pendulum.moment", true),
+            ("ground_effect", true),
+            ("torque_delay.delay", false),
+            ("torque_delay", false),
+            ("rotors", false),
+            ("train.csv", false),
+        ] {
+            assert_eq!(is_of_other_effect(subject, &effects), expected, "{subject}");
         }
     }
 }

@@ -13,8 +13,8 @@ use crate::screening::checks::rate_behind_thrust::RATE_BEHIND_THRUST;
 const OF_OTHER_BENCH: [&str; 2] = ["model_of_other_bench", "battery_of_other_bench"];
 /// The code of a finding that stands right under the answer: what was judged on.
 pub(super) const ONE_DIRECTION: &str = "one_direction_only";
-/// Codes of findings that stand there, too: whether a delay is the rotor's.
-const WHOSE_DELAY: [&str; 2] = [RATE_BEHIND_THRUST, "delay_or_late_reading"];
+/// Codes of findings that stand there, too: whether a delay is the rotor's, and a shift of the curve one.
+const WHAT_IT_IS: [&str; 3] = [RATE_BEHIND_THRUST, "delay_or_late_reading", "shift_is_curve"];
 
 /// Whether the model is another bench's, so that what is missing in it is no effect.
 #[must_use]
@@ -127,7 +127,7 @@ fn explained_part(effects: &str, error: &ErrorSummary, what: &str) -> String {
 pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     let judged = diagnosis.findings.iter().filter(|finding| finding.code == ONE_DIRECTION);
     let judged = judged.map(|finding| capitalised(&text_of(finding)) + ".");
-    let whose_delay = whose_delay(diagnosis).map(|finding| sentence_of(finding) + ".");
+    let whose_delay = what_it_is(diagnosis).map(|finding| sentence_of(finding) + ".");
     let errors = diagnosis.alternative_errors.iter();
     let others = diagnosis.alternatives.iter().zip(errors).map(|(other, (error, unit))| {
         let other = other.join(" + ");
@@ -143,9 +143,9 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     not_held_out.chain(judged).chain(whose_delay).chain(others).chain(further).collect()
 }
 
-/// Whether a delay is the rotor's, as the first log says that says it.
-fn whose_delay(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
-    WHOSE_DELAY.into_iter().filter_map(|code| diagnosis.findings.iter().find(|it| it.code == code))
+/// What a named effect is said to be, as the first log says that says it.
+fn what_it_is(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
+    WHAT_IT_IS.into_iter().filter_map(|code| diagnosis.findings.iter().find(|it| it.code == code))
 }
 
 fn capitalised(sentence: &str) -> String {
@@ -159,7 +159,7 @@ pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
     // How far above its noise the error stays is in the answer that names a part, for the channel that it speaks of.
     let is_partial = diagnosis.verdict == Verdict::Unknown && !diagnosis.effects.is_empty();
     let is_said = move |finding: &Finding| {
-        if whose_delay(diagnosis).any(|said| std::ptr::eq(said, finding)) {
+        if what_it_is(diagnosis).any(|said| std::ptr::eq(said, finding)) {
             return true;
         }
         let rest = diagnosis.error.channel.strip_prefix(finding.subject.as_str());

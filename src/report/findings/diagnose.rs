@@ -54,6 +54,15 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             "{subject}: from command to reading a rotor that is commanded late looks like one that is read late, and nothing in these \
              logs tells which; a load cell or a body beside the rate would"
         ),
+        "shift_is_curve" => format!(
+            "{subject} and the changed numbers of g(u) are one curve: from u = {:.2} to {:.2} it differs from the model's by {:+.1} to \
+             {:+.1} rad/s, so no rotor turns {:+.0} rad/s faster; what is missing is a bend that the model's g(u) does not have",
+            finding.number("from_command"),
+            finding.number("to_command"),
+            finding.number("least_rad_s"),
+            finding.number("greatest_rad_s"),
+            finding.number("shift_rad_s")
+        ),
         "model_of_other_bench" => format!(
             "the model's rates are {:.0} rad/s off, where the rates themselves vary by {:.0} rad/s: it is not this bench's \
              (`rotorbench identify` makes a model)",
