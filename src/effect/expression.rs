@@ -10,9 +10,9 @@ pub enum ExpressionError {
     /// It does not parse.
     #[error("the expression has an error here:\n  {text}\n  {blank}^ {reason}", blank = " ".repeat(*.column))]
     Syntax {
-        /// The expression.
+        /// The expression, or where it is long its part about that place, on one line.
         text: String,
-        /// Character where it goes wrong, from 0.
+        /// Character of `text` where it goes wrong, from 0.
         column: usize,
         /// What is wrong.
         reason: String,
@@ -47,14 +47,29 @@ const SIGNALS: &[(&str, &str, ReadSignal)] = &[
     ("side", "", |point| point.side),
 ];
 
+/// Characters of an expression that an error shows to either side of its place.
+const SHOWN: usize = 60;
+
+impl ExpressionError {
+    /// Of a text about one of its characters, each of its lines behind the one before: what is wrong may stand in a very long one.
+    fn about(text: &str, column: usize, reason: String) -> Self {
+        let (first, count) = (column.saturating_sub(SHOWN), text.chars().count());
+        let one_line = text.chars().map(|it| if it.is_control() { ' ' } else { it });
+        let part: String = one_line.skip(first).take(2 * SHOWN).collect();
+        let before = if first > 0 { "..." } else { "" };
+        let behind = if first + 2 * SHOWN < count { "..." } else { "" };
+        let text = format!("{before}{part}{behind}");
+        Self::Syntax { text, column: column - first + before.len(), reason }
+    }
+}
+
 impl Expression {
     /// Parses `text` over the signals and the `parameters`.
     ///
     /// # Errors
     /// [`ExpressionError`] with the place marked.
     pub fn parse(text: &str, parameters: &[&str]) -> Result<Self, ExpressionError> {
-        let error =
-            |column, reason: String| ExpressionError::Syntax { text: text.to_owned(), column, reason };
+        let error = |column, reason: String| ExpressionError::about(text, column, reason);
         if let Some(place) = parameters.iter().find(|name| bind(name, &[]).is_some()) {
             return Err(error(0, format!("the parameter `{place}` has the name of a signal")));
         }
@@ -122,17 +137,14 @@ impl Expression {
                 "`play` and `lag` are known at `command`, `steady_rate` and `torque`, and not at `{}`",
                 site.name()
             );
-            return Err(ExpressionError::Syntax { text: self.text, column: 0, reason });
+            return Err(ExpressionError::about(&self.text, 0, reason));
         }
         let known = site.signals();
         let stranger = SIGNALS.iter().find(|(bare, ..)| self.names(bare) && !known.contains(bare));
         let Some((bare, unit, _)) = stranger else { return Ok(self) };
         let place = self.names.iter().find(|(name, _)| name == bare || name.strip_prefix(bare) == Some(unit));
-        Err(ExpressionError::Syntax {
-            text: self.text.clone(),
-            column: place.map_or(0, |(_, column)| *column),
-            reason: format!("`{bare}` is not known at `{}`; there are {}", site.name(), known.join(", ")),
-        })
+        let reason = format!("`{bare}` is not known at `{}`; there are {}", site.name(), known.join(", "));
+        Err(ExpressionError::about(&self.text, place.map_or(0, |(_, column)| *column), reason))
     }
 
     /// Whether it looks at `signal` (without unit).

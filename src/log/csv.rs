@@ -14,7 +14,7 @@ use super::csv_blocks::{self, number};
 use super::csv_header::{CsvHeader, plain_body, without_mark};
 use super::csv_parts::{self, Parts};
 use super::dataset::{Dataset, DatasetError};
-use super::limits::{self, MOST_COLUMNS, shortened};
+use super::limits::{self, not_names, shortened};
 use super::lines::Lines;
 use crate::cancel;
 use crate::file::write_atomically_with;
@@ -133,8 +133,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     let Some(time_at) = header.iter().position(|name| name == columns::TIME) else {
         return Err(LogError::NoTime { path: path.to_owned(), header: shortened_header(&header) });
     };
-    if header.len() > MOST_COLUMNS {
-        let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
+    if let Some(reason) = not_names(header.iter().map(String::as_str)) {
         return Err(LogError::Syntax { path: path.to_owned(), line: 1, reason });
     }
     let plain = || csv_blocks::columns(plain_body(text)?, header.len(), time_at);

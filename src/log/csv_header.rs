@@ -1,6 +1,6 @@
 //! The header of a CSV text: the names of its columns, and where its rows begin.
 
-use super::limits::MOST_COLUMNS;
+use super::limits::not_names;
 use crate::signal::columns;
 
 /// The names of the columns.
@@ -19,7 +19,8 @@ impl CsvHeader {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
         let names: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
         let time_at = names.iter().position(|name| name == columns::TIME)?;
-        (names.len() <= MOST_COLUMNS).then_some((Self { names, time_at }, bytes.len() - body.len()))
+        let is_table = not_names(names.iter().map(String::as_str)).is_none();
+        is_table.then_some((Self { names, time_at }, bytes.len() - body.len()))
     }
 }
 

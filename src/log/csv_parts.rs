@@ -27,7 +27,7 @@ pub(super) struct Parts {
 
 /// The columns of a long plain file; `None` of any other, which is for the reader that knows what it means, or what is wrong.
 pub(super) fn read(path: &Path) -> Option<Parts> {
-    let file = File::open(path).ok()?;
+    let file = std::fs::metadata(path).ok()?.is_file().then(|| File::open(path))?.ok()?;
     let found = file.metadata().ok()?;
     let is_long = found.is_file() && (LONG..=LONGEST_FILE).contains(&found.len());
     // What cannot be read here cannot be read whole either, which says why.

@@ -3,7 +3,7 @@
 use super::csv_blocks::number;
 use super::foreign_error::ForeignError;
 use super::import_notes::Notes;
-use super::limits::{MOST_COLUMNS, shortened};
+use super::limits::{not_names, shortened};
 use super::lines::Lines;
 use super::mapping::{Mapping, MappingConfig};
 use super::tables::{Column, Table};
@@ -122,8 +122,7 @@ impl Reader<'_> {
     /// The names of the columns; of a file without a header, their numbers.
     fn header(&self, first: csv::Result<&csv::StringRecord>) -> Result<Vec<String>, ForeignError> {
         let cells = first.map_err(|error| self.syntax(&error))?;
-        if cells.len() > MOST_COLUMNS {
-            let reason = format!("{} columns; {MOST_COLUMNS} are the most", cells.len());
+        if let Some(reason) = not_names(cells.iter().collect::<Vec<_>>().into_iter()) {
             return Err(ForeignError::Syntax { path: self.path.to_owned(), line: Some(1), reason });
         }
         Ok(if self.config().header {

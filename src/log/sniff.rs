@@ -1,7 +1,7 @@
 //! How a foreign text file is laid out, found out from its beginning: the character between cells, the header, decimal commas,
 //! remarks; and the first rows as numbers.
 
-use super::limits::MOST_COLUMNS;
+use super::limits::{MOST_COLUMNS, not_names};
 use super::thresholds::THRESHOLDS;
 
 /// Characters that may stand between cells, the likeliest first.
@@ -64,7 +64,7 @@ pub fn layout(bytes: &[u8]) -> Option<TextLayout> {
     let header = !first.iter().any(is_number);
     // A row that a mistake made longer than any table is cut to the first one; a first one like that is no table.
     let width = rows.iter().map(Vec::len).filter(|width| *width <= MOST_COLUMNS).max()?;
-    if first.len() > MOST_COLUMNS {
+    if not_names(first.iter().copied()).is_some() {
         return None;
     }
     Some(TextLayout {

@@ -83,6 +83,17 @@ fn looks_only_at_what_is_known_where_it_acts() {
     assert!(of("k*hover_rate/propeller_rate", Site::Command).is_err());
 }
 
+/// Of a law as long as a file, on as many lines, the part that is wrong is shown.
+#[test]
+fn an_error_in_a_long_law_shows_its_place() {
+    let text = format!("b{} ?{}", "\n+b".repeat(200), "\n+b".repeat(200));
+    let said = Expression::parse(&text, &["b"]).expect_err("?").to_string();
+    assert!(said.chars().count() < 350, "{said}");
+    let lines: Vec<&str> = said.lines().collect();
+    let marked = lines[2].find('^').and_then(|column| lines[1].chars().nth(column));
+    assert_eq!((lines.len(), marked), (3, Some('?')), "{said}");
+}
+
 #[test]
 fn marks_the_place() {
     let cases = [
