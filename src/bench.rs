@@ -1,6 +1,8 @@
 //! The bench file: one TOML that every process of a bench reads. Each table belongs to the room that
 //! uses it; this room only puts them together and checks what spans several.
 
+pub mod thresholds;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -13,6 +15,8 @@ use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
 use crate::shm::{BenchPlace, SharedMemoryConfig, ShmError};
 use crate::signal::Sensor;
+
+use thresholds::THRESHOLDS;
 
 /// What starts a control step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -134,8 +138,8 @@ pub enum BenchError {
     },
 }
 
-const SHORTEST_PERIOD_S: f64 = 0.0001;
-const LONGEST_PERIOD_S: f64 = 1.0;
+const SHORTEST_PERIOD_S: f64 = THRESHOLDS.shortest_period_s;
+const LONGEST_PERIOD_S: f64 = THRESHOLDS.longest_period_s;
 
 impl BenchConfig {
     /// The bench file at `path`, or the bench that is built in.

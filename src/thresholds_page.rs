@@ -2,12 +2,14 @@
 
 use crate::threshold::{Threshold, page};
 use crate::{
-    can, cli, compare, control, diagnose, discover, estimation, experiment, fleet, guard, identify, log,
-    recording, report, runtime, screening, session, shm, studies, workbench,
+    bench, can, cli, compare, control, diagnose, discover, effect, emulate, estimation, experiment, fleet,
+    guard, identify, log, model, recording, report, runtime, screening, session, shm, studies, workbench,
 };
 
 /// Room and table, in the order of the rooms. `tests/architecture/` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
+    ("effect", effect::thresholds::TABLE),
+    ("model", model::thresholds::TABLE),
     ("estimation", estimation::thresholds::TABLE),
     ("can", can::thresholds::TABLE),
     ("shm", shm::thresholds::TABLE),
@@ -17,6 +19,8 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("recording", recording::thresholds::TABLE),
     ("log", log::thresholds::TABLE),
     ("screening", screening::thresholds::TABLE),
+    ("emulate", emulate::thresholds::TABLE),
+    ("bench", bench::thresholds::TABLE),
     ("identify", identify::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),
     ("diagnose", diagnose::thresholds::TABLE),

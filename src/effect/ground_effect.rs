@@ -1,6 +1,7 @@
 //! A rotor near the floor pushes harder.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
+use super::thresholds::THRESHOLDS;
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE, PROPELLER_RATES};
 
 /// The card.
@@ -48,12 +49,9 @@ pub(super) static CARD: Card = Card {
     experiment: "Repeat at another height above the floor.",
 };
 
-/// The law holds down to half a radius above the floor; nearer it would divide by zero.
-const LARGEST_RATIO: f64 = 0.9;
-
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [radius, height] = *parameters else { return 0.0 };
     let own_height = height + point.side * point.arm * sin(point.body_angle);
-    let ratio = (radius / (4.0 * own_height.max(0.0))).min(LARGEST_RATIO);
+    let ratio = (radius / (4.0 * own_height.max(0.0))).min(THRESHOLDS.largest_ground_ratio);
     point.thrust * (1.0 / (1.0 - ratio * ratio) - 1.0)
 }

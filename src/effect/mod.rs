@@ -16,6 +16,7 @@ mod program;
 pub mod signals;
 mod site;
 mod syntax;
+pub mod thresholds;
 
 pub use card::{Card, Parameter, Symmetry, Term};
 pub use expression::{Expression, ExpressionError};

@@ -1,6 +1,7 @@
 //! The rotor answers faster at high speed than at low speed.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::thresholds::THRESHOLDS;
 use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
@@ -35,11 +36,8 @@ pub(super) static CARD: Card = Card {
     experiment: "Small steps about several speeds.",
 };
 
-/// The pole never turns round, however far from hover.
-const SMALLEST_FACTOR: f64 = 0.02;
-
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [slope] = *parameters else { return 0.0 };
     let factor = 1.0 + slope * (point.propeller_rate - point.hover_rate) / point.hover_rate;
-    (factor.max(SMALLEST_FACTOR) - 1.0) * point.pole * (point.steady_rate - point.propeller_rate)
+    (factor.max(THRESHOLDS.smallest_pole_factor) - 1.0) * point.pole * (point.steady_rate - point.propeller_rate)
 }

@@ -4,6 +4,7 @@ use std::iter::Peekable;
 use std::str::CharIndices;
 
 use super::program::{Binary, Operation, Program, Remembering, Unary};
+use super::thresholds::THRESHOLDS;
 
 /// Where something is wrong, in characters from 0, and what.
 pub(super) type SyntaxFault = (usize, String);
@@ -47,11 +48,6 @@ const CONSTANTS: &[(&str, f64)] = &[
     ("TAU", std::f64::consts::TAU),
     ("τ", std::f64::consts::TAU),
 ];
-/// Brackets within brackets, signs before signs.
-const DEEPEST: usize = 64;
-
-/// Words and signs of one expression.
-const LONGEST: usize = 1000;
 
 /// A text as a program, and the signals and parameters it reads, each with the column where it came first.
 pub(super) struct Compiled {
@@ -72,8 +68,8 @@ pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> R
     if tokens.is_empty() {
         return Err((0, "it is empty".to_owned()));
     }
-    if let Some((column, _)) = tokens.get(LONGEST) {
-        return Err((*column, format!("more than {LONGEST} words and signs")));
+    if let Some((column, _)) = tokens.get(THRESHOLDS.longest_expression) {
+        return Err((*column, format!("more than {} words and signs", THRESHOLDS.longest_expression)));
     }
     let end = text.chars().count();
     let compiled = Compiled { program: Program::default(), names: Vec::new() };
@@ -187,8 +183,9 @@ impl Reader<'_> {
 
     fn signed(&mut self) -> Result<(), SyntaxFault> {
         self.depth += 1;
-        if self.depth > DEEPEST {
-            return Err((self.last(), format!("more than {DEEPEST} brackets and signs within each other")));
+        if self.depth > THRESHOLDS.deepest_brackets {
+            let most = THRESHOLDS.deepest_brackets;
+            return Err((self.last(), format!("more than {most} brackets and signs within each other")));
         }
         match self.take("+-") {
             Some(sign) => {

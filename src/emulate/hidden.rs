@@ -15,6 +15,7 @@ use super::bench::PlantConfig;
 use super::error::EmulateError;
 use super::hidden_config::HiddenConfig;
 use super::own_law::OwnLaw;
+use super::thresholds::THRESHOLDS;
 
 impl HiddenConfig {
     /// The same with every parameter of the law: one that is left out takes the middle of its usual range.
@@ -188,7 +189,7 @@ impl HiddenLaw {
             }
         }
         config.check_ranges()?;
-        if entry.kind == HiddenKind::GroundEffect && p[0] >= 2.0 * p[1] {
+        if entry.kind == HiddenKind::GroundEffect && p[0] >= THRESHOLDS.largest_radius * p[1] {
             return Err(fault(format!("radius {} m is too large for a height of {} m", p[0], p[1])));
         }
         let divisor = match entry.kind {
@@ -258,7 +259,9 @@ impl Laws {
     pub fn command(&self, mut u: f64) -> f64 {
         for HiddenLaw { kind, p } in &self.known {
             match kind {
-                HiddenKind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
+                HiddenKind::CommandDeadZone => {
+                    u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(THRESHOLDS.least_command_span)
+                }
                 HiddenKind::CommandQuantization => u = (u / p[0]).round() * p[0],
                 _ => {}
             }
@@ -299,7 +302,8 @@ impl Laws {
             match kind {
                 HiddenKind::AsymmetricPole => pole *= if z > w { p[0] } else { 1.0 / p[0] },
                 HiddenKind::SpeedDependentPole => {
-                    pole *= (1.0 + p[0] * (w - plant.hover_rate) / plant.hover_rate).max(0.05);
+                    pole *= (1.0 + p[0] * (w - plant.hover_rate) / plant.hover_rate)
+                        .max(THRESHOLDS.smallest_pole_factor);
                 }
                 HiddenKind::QuadraticRotorDrag => drag += p[0] * w * w.abs(),
                 _ => {}
@@ -319,7 +323,8 @@ impl Laws {
                 }
                 HiddenKind::ActuatorMismatch => thrust *= 1.0 + side * p[0],
                 HiddenKind::GroundEffect => {
-                    let height = (p[1] + side * plant.arm * angle.sin()).max(0.55 * p[0]);
+                    let height =
+                        (p[1] + side * plant.arm * angle.sin()).max(THRESHOLDS.closest_ground * p[0]);
                     let q = p[0] / (4.0 * height);
                     thrust /= 1.0 - q * q;
                 }

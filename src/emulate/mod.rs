@@ -23,6 +23,7 @@ mod rotor_fault;
 mod sensor;
 mod settings;
 mod temperature;
+pub mod thresholds;
 
 pub use battery::BatteryConfig;
 pub use behind_guard::{BodyMotion, EmulationOptions, run as run_behind_guard};

@@ -6,9 +6,7 @@ use crate::clock;
 use crate::signal::ROTORS;
 
 use super::error::EmulateError;
-
-/// [-] of a turning rotor, the share of the speed that it would have without its propeller, at hover: judgement, of multirotors.
-const LOADED_SHARE: f64 = 0.75;
+use super::thresholds::THRESHOLDS;
 
 /// What breaks.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -45,11 +43,11 @@ pub struct RotorFault {
 }
 
 fn lost() -> f64 {
-    0.3
+    THRESHOLDS.usually_lost
 }
 
 fn command() -> f64 {
-    0.2
+    THRESHOLDS.own_command
 }
 
 /// A fault as built.
@@ -85,7 +83,7 @@ impl RotorFault {
         let spans = [
             ("fault.rotor", self.rotor as f64, 1.0, ROTORS as f64),
             ("fault.at_s", self.at_s, 0.0, 1e6),
-            ("fault.lost", self.lost, 0.0, 0.99),
+            ("fault.lost", self.lost, 0.0, THRESHOLDS.most_lost),
             ("fault.command", self.command, 0.0, 1.0),
         ];
         match spans.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value)) {
@@ -122,7 +120,7 @@ impl Damage {
         if self.propeller == 1.0 {
             return steady;
         }
-        let slip = (1.0 / LOADED_SHARE - 1.0) / hover;
+        let slip = (1.0 / THRESHOLDS.loaded_share - 1.0) / hover;
         let left = self.propeller * slip;
         let unloaded = steady + slip * steady * steady;
         ((1.0 + 4.0 * left * unloaded).sqrt() - 1.0) / (2.0 * left)

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use super::csv_blocks;
 use super::csv_header::CsvHeader;
 use super::limits::LONGEST_FILE;
+use super::thresholds::THRESHOLDS;
 use crate::threads::{both, limited, most};
 
 /// [bytes] from which on a file is read in parts.
@@ -81,8 +82,7 @@ fn lines(text: &[u8], fresh: usize) -> &[u8] {
 
 /// Makes room in columns for as many rows as `length` bytes hold, if all are like the first `read`.
 fn make_room(columns: &mut [Vec<f64>], length: u64, read: usize) {
-    // A little more, since rows are not all of one length; what is not written to takes no memory.
-    let times = 1.05 * length as f64 / read.max(1) as f64;
+    let times = THRESHOLDS.room * length as f64 / read.max(1) as f64;
     columns.iter_mut().for_each(|column| column.reserve((times * column.len() as f64) as usize));
 }
 

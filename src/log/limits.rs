@@ -9,14 +9,14 @@ use std::time::Duration;
 
 use crate::cancel;
 
+use super::thresholds::THRESHOLDS;
+
 /// [bytes] longest file that is read whole.
-pub(super) const LONGEST_FILE: u64 = 4 << 30;
-/// [bytes] most that is read of what has no length, as a pipe.
-const LONGEST_STREAM: u64 = 256 << 20;
-/// Most columns of a table: a log of sixteen rotors has some hundred.
-pub(crate) const MOST_COLUMNS: usize = 4_096;
-/// [characters] longest name of a column: what is compared with every name that is known must not take as long as it likes.
-const LONGEST_NAME: usize = 256;
+pub(super) const LONGEST_FILE: u64 = THRESHOLDS.longest_file;
+/// Most columns of a table.
+pub(crate) const MOST_COLUMNS: usize = THRESHOLDS.most_columns;
+/// [characters] longest name of a column.
+const LONGEST_NAME: usize = THRESHOLDS.longest_name;
 /// Between two looks whether a wait for input was cancelled.
 const LOOK: Duration = Duration::from_millis(50);
 /// Characters of a cell or a name that a message shows.
@@ -47,7 +47,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 fn read_now(path: &Path) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let found = file.metadata()?;
-    let most = if found.is_file() { LONGEST_FILE } else { LONGEST_STREAM };
+    let most = if found.is_file() { LONGEST_FILE } else { THRESHOLDS.longest_stream };
     let too_long = || {
         let what = if found.is_file() {
             "longer than 4 GiB: cut it into parts"

@@ -43,4 +43,18 @@ crate::thresholds! {
     guess_rows: usize = 2_000, "count", "judgement";
     /// [byte] of a foreign table that are looked at to find out how it is laid out.
     guess_bytes: usize = 1_048_576, "byte", "judgement";
+    /// count: letters that may be wrong in a name that is asked about as another one misspelt.
+    misspelt_letters: usize = 2, "count", "judgement";
+    /// count: letters that a name has at least for that: of a shorter one two letters are too many.
+    misspelt_name: usize = 6, "count", "judgement";
+    /// [-] room made in columns for a long file, over what it has if its rows are as long as those read first.
+    room: f64 = 1.05, "-", "judgement: rows are not all of one length; what is not written to takes no memory";
+    /// [byte] longest file that is read whole.
+    longest_file: u64 = 4 << 30, "byte", "judgement: what cannot be a log must not take the memory of the machine";
+    /// [byte] most that is read of what has no length, as a pipe.
+    longest_stream: u64 = 256 << 20, "byte", "judgement: as `longest_file`, and it may be without end";
+    /// count: most columns of a table.
+    most_columns: usize = 4_096, "count", "a log of sixteen rotors has some hundred";
+    /// [characters] longest name of a column: it is compared with every name that is known
+    longest_name: usize = 256, "count", "judgement: the longest of foreign logs has some 60";
 }

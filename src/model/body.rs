@@ -3,17 +3,10 @@
 use super::body_stride::{BodyStride, Motion};
 use super::body_trace::{BodyInput, BodyStart, BodyTrace};
 use super::equations::Equations;
+use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::effect::Point;
 
-/// [s] a step of integration is at most so long: friction turns round within a few milliseconds, and so may an expression.
-const LONGEST_STEP: f64 = 5.5e-3;
-/// [s] the same where every law is smooth: one that takes a body's motion away within 40 ms is right to 1e-5 a step.
-const LONGEST_SMOOTH_STEP: f64 = 1.1e-2;
-/// Most steps between two samples.
-pub(super) const MOST_STEPS: f64 = 64.0;
-/// Steps per interval for laws with memory on the torque.
-const STREAM_STEPS: usize = 4;
 /// Most states of laws with memory.
 pub(super) const MOST_STATES: usize = 4;
 
@@ -50,17 +43,18 @@ impl Equations {
             point.torque = means.first().copied().unwrap_or(0.0);
             let mut state = memory.steady_state(&point);
             for (row, (mean, pair)) in means.iter_mut().zip(time.windows(2)).enumerate() {
-                let step = (pair[1] - pair[0]) / STREAM_STEPS as f64;
+                let step = (pair[1] - pair[0]) / THRESHOLDS.stream_steps as f64;
                 let slope = slopes.get(row).copied().filter(|_| is_rising).unwrap_or(0.0);
                 let mut sum = 0.0;
-                for part in 0..STREAM_STEPS {
-                    point.torque = *mean + slope * step * (part as f64 + 0.5 - 0.5 * STREAM_STEPS as f64);
+                for part in 0..THRESHOLDS.stream_steps {
+                    point.torque =
+                        *mean + slope * step * (part as f64 + 0.5 - 0.5 * THRESHOLDS.stream_steps as f64);
                     // The middle of the step stands for its mean.
                     let middle = memory.advance(state, &point, 0.5 * step);
                     sum += memory.add(middle, &point);
                     state = memory.advance(state, &point, step);
                 }
-                *mean += sum / STREAM_STEPS as f64;
+                *mean += sum / THRESHOLDS.stream_steps as f64;
             }
             is_rising = false;
         }
@@ -178,8 +172,9 @@ impl Equations {
     /// How long the steps [s] of an interval [s] are, and how many.
     #[inline]
     fn steps_of(&self, span: f64) -> (f64, usize) {
-        let longest = if self.is_stiff { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
-        let steps = (span / longest).ceil().clamp(1.0, MOST_STEPS);
+        let longest =
+            if self.is_stiff { THRESHOLDS.longest_step_s } else { THRESHOLDS.longest_smooth_step_s };
+        let steps = (span / longest).ceil().clamp(1.0, THRESHOLDS.most_steps);
         (span / steps, steps as usize)
     }
 

@@ -6,10 +6,9 @@
 
 use super::body_trace::BodyInput;
 use super::equations::Equations;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Point;
 
-/// [s] a stride is at most so long: a law that takes a body's motion away within 40 ms is right to 1e-5 of it at each row.
-const LONGEST_STRIDE: f64 = 5.5e-3;
 /// Most intervals of a stride.
 const MOST_ROWS: usize = 32;
 
@@ -76,7 +75,7 @@ impl BodyStride {
         let mut before = 0.0;
         for (index, (next, torque)) in time[1..].iter().zip(torque).enumerate() {
             let since = next - begin;
-            if since > LONGEST_STRIDE {
+            if since > THRESHOLDS.longest_stride_s {
                 break;
             }
             let (span, acceleration) = (since - before, torque * equations.per_inertia);

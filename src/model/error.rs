@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use crate::effect::{CATALOGUE, ExpressionError};
 
+use super::thresholds::THRESHOLDS;
+
 /// Why a model cannot be read, written or used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
@@ -91,6 +93,5 @@ pub(super) fn nearest_id<'a>(id: &str, own: impl Iterator<Item = &'a str>) -> Op
     }
     let (best, share) =
         known.into_iter().map(|known| (known, similarity(known))).max_by_key(|(_, share)| *share)?;
-    // Below a third of shared letter pairs it would be a guess.
-    (share > 33).then(|| best.to_owned())
+    (share > THRESHOLDS.nearest_name_percent).then(|| best.to_owned())
 }

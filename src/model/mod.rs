@@ -33,6 +33,7 @@ mod rotor_trace;
 mod runge_kutta;
 mod sensors;
 mod step_back;
+pub mod thresholds;
 mod user_effect;
 
 use std::collections::BTreeMap;

@@ -4,11 +4,9 @@ use super::equations::Equations;
 use super::rotor_stride::{Stride, Strides};
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::runge_kutta;
+use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::effect::{Point, RowResponse};
-
-/// Steps between two rows of a ramp.
-const RAMP_STEPS: usize = 8;
 
 /// Everything that moves.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -352,9 +350,9 @@ impl Equations {
         let mut state =
             self.initial_state(point, &RotorStart { rate: rates.first().copied(), ..RotorStart::default() });
         for (times, rates) in time.windows(2).zip(rates.windows(2)) {
-            let transitions = self.sensor_transitions((times[1] - times[0]) / RAMP_STEPS as f64);
-            for part in 0..RAMP_STEPS {
-                let share = (part as f64 + 0.5) / RAMP_STEPS as f64;
+            let transitions = self.sensor_transitions((times[1] - times[0]) / THRESHOLDS.ramp_steps as f64);
+            for part in 0..THRESHOLDS.ramp_steps {
+                let share = (part as f64 + 0.5) / THRESHOLDS.ramp_steps as f64;
                 point.propeller_rate = rates[0] + (rates[1] - rates[0]) * share;
                 self.advance_sensor(&mut state, &mut point, &transitions);
             }

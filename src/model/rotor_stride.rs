@@ -3,12 +3,8 @@
 use super::equations::{Equations, Hook};
 use super::rotor_trace::MOST_STATES;
 use super::runge_kutta::step_weights;
+use super::thresholds::THRESHOLDS;
 use crate::effect::{SAME_SPAN, step_response};
-
-/// A step of integration covers at most this share of the fastest time constant.
-const STEP_SHARE: f64 = 0.35;
-/// [s] a state that reaches its steady state within a step this short needs no finer one.
-const SHORTEST_STEP: f64 = 2.5e-3;
 
 /// How a span of held inputs is gone through: what all spans of one length have in common.
 #[derive(Clone, Copy)]
@@ -99,11 +95,11 @@ impl Equations {
             return;
         }
         // Rows that are one step apart, as most are, are not rounded up, nor divided.
-        (stride.count, stride.step) = if span * fastest <= STEP_SHARE {
+        (stride.count, stride.step) = if span * fastest <= THRESHOLDS.step_share {
             (1, span)
         } else {
-            let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
-            let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
+            let finest = (span / THRESHOLDS.shortest_step_s).max(span * self.pole).ceil().max(1.0);
+            let steps = (span * fastest / THRESHOLDS.step_share).ceil().clamp(1.0, finest);
             (steps as usize, span / steps)
         };
         stride.weights = step_weights(self.pole * stride.step);

@@ -2,23 +2,11 @@
 
 use std::borrow::Cow;
 
-use super::body::{MOST_STATES, MOST_STEPS};
+use super::body::MOST_STATES;
 use super::body_trace::BodyStart;
 use super::equations::Equations;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Point;
-
-/// [s] steps in which a sensor's memory follows a rate that rises in a straight line: held at its mean over 5 ms the rate would
-/// reach a filter of 300 rad/s with half a millisecond of delay.
-const SENSOR_STEP: f64 = 1.4e-3;
-/// [s] to each side over which the slope of a lagging reading is taken: at 100 Hz it adds about its own noise to that of a sensor
-/// that lags by 30 ms.
-const SLOPE_REACH_S: f64 = 0.02;
-/// Rows of a slope to each side, at most: of a quick log a part of the reach will do.
-const MOST_SLOPE_ROWS: f64 = 100.0;
-/// [s] rows of a ramp, and how many: a lag of 1 s is known to 1 in 3,000 at its end.
-const RAMP: (f64, usize) = (0.02, 400);
-/// [rad/s] where the ramp of a rotor ends: laws of a user's own may not be straight lines, and are straight enough near it.
-const RAMP_END: f64 = 500.0;
 
 /// The way back from what a sensor with a memory shows: reading and lag times its slope. Exact for a first-order lag.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,11 +29,13 @@ impl LagInverse {
         settled: impl Fn(f64) -> f64,
         shown: impl FnOnce(&[f64], &[f64]) -> f64,
     ) -> Self {
-        let time: Vec<f64> = (0..RAMP.1).map(|row| RAMP.0 * row as f64).collect();
+        let time: Vec<f64> = (0..THRESHOLDS.ramp.1).map(|row| THRESHOLDS.ramp.0 * row as f64).collect();
         let last = time.last().copied().unwrap_or(0.0);
         let ramp: Vec<f64> = time.iter().map(|at| end + at - last).collect();
         let late = (settled(end) - shown(&time, &ramp)) / (settled(end + 1.0) - settled(end));
-        let half = (SLOPE_REACH_S / interval.max(1e-9)).round().clamp(1.0, MOST_SLOPE_ROWS) as usize;
+        let half = (THRESHOLDS.slope_reach_s / interval.max(1e-9))
+            .round()
+            .clamp(1.0, THRESHOLDS.most_slope_rows) as usize;
         if late.is_finite() && late.abs() > 1e-9 { Self { lag_s: late, half } } else { Self::NONE }
     }
 }
@@ -97,7 +87,7 @@ impl Equations {
         here: &Point,
         step: f64,
     ) {
-        let steps = (step / SENSOR_STEP).ceil().clamp(1.0, MOST_STEPS);
+        let steps = (step / THRESHOLDS.sensor_step_s).ceil().clamp(1.0, THRESHOLDS.most_steps);
         let part = 1.0 / steps;
         for index in 0..steps as usize {
             let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
@@ -125,7 +115,7 @@ impl Equations {
         if !self.rate_sensor.iter().any(|hook| hook.memory().is_some()) {
             return LagInverse::NONE;
         }
-        let last = RAMP.0 * (RAMP.1 - 1) as f64;
+        let last = THRESHOLDS.ramp.0 * (THRESHOLDS.ramp.1 - 1) as f64;
         let settled = |rate: f64| self.settled_reading(rate, 0.0, last);
         LagInverse::of_ramp(interval, 0.0, settled, |time, ramp| {
             self.gyroscope(time, ramp, &vec![0.0; time.len()]).last().copied().unwrap_or(f64::NAN)
@@ -187,7 +177,9 @@ impl Equations {
             return LagInverse::NONE;
         }
         let settled = |rate: f64| self.shown_of_ramp(&[0.0], &[rate]);
-        LagInverse::of_ramp(interval, RAMP_END, settled, |time, ramp| self.shown_of_ramp(time, ramp))
+        LagInverse::of_ramp(interval, THRESHOLDS.ramp_end, settled, |time, ramp| {
+            self.shown_of_ramp(time, ramp)
+        })
     }
 
     /// [rad/s] what a rotor did of which telemetry without gaps shows `readings` [rad/s]; `slopes` tells how these rise [rad/s²], over

@@ -2,12 +2,8 @@
 
 use super::{GuessedColumn, MEANINGS, Words, is_pulse, measures};
 use crate::log::signals::{LOG_SIGNALS, MOST_ROTORS, log_signal, of_rotor};
+use crate::log::thresholds::THRESHOLDS;
 use crate::signal::columns;
-
-/// Letters that may be wrong in a name that is meant to be another.
-const MOST_WRONG: usize = 2;
-/// Letters that a name has at least for that.
-const FEWEST_LETTERS: usize = 6;
 
 /// The signal of the log format that is meant by a name that is none: misspelt, or in other words.
 #[must_use]
@@ -30,8 +26,8 @@ fn misspelt(name: &str) -> Option<String> {
         .filter(|known| number.is_empty() || digits(known) == number)
         .map(|known| (distance(name, &known), known))
         .min_by_key(|(letters, _)| *letters);
-    let is_long = name.len() >= FEWEST_LETTERS;
-    near.filter(|(letters, _)| is_long && *letters <= MOST_WRONG).map(|(_, known)| known)
+    let is_long = name.len() >= THRESHOLDS.misspelt_name;
+    near.filter(|(letters, _)| is_long && *letters <= THRESHOLDS.misspelt_letters).map(|(_, known)| known)
 }
 
 fn in_other_words(name: &str) -> Option<String> {
