@@ -7,6 +7,8 @@ mod circles;
 mod effects;
 #[path = "architecture/examples.rs"]
 mod examples;
+#[path = "architecture/exempt_numbers.rs"]
+mod exempt_numbers;
 #[path = "architecture/imports.rs"]
 mod imports;
 #[path = "architecture/lengths.rs"]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::log_arguments::LogArguments;
 use super::output::{AnswerArguments, NotesArgument, writable};
+use super::thresholds::THRESHOLDS;
 use super::usage_error::UsageError;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
@@ -125,9 +126,14 @@ fn of_rotor(path: &Path, rotor: usize) -> PathBuf {
 fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
     let mut template = session::open_model(&arguments.template)?;
     for (given, place, option, [low, high]) in [
-        (arguments.arm_m, &mut template.body.arm, "--arm-m", [0.001, 100.0]),
-        (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v", [1.0, 1000.0]),
-        (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate", [1.0, 10_000.0]),
+        (arguments.arm_m, &mut template.body.arm, "--arm-m", THRESHOLDS.arms_m),
+        (
+            arguments.full_voltage_v,
+            &mut template.actuator.full_voltage,
+            "--full-voltage-v",
+            THRESHOLDS.full_voltages_v,
+        ),
+        (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate", THRESHOLDS.hover_rates),
     ] {
         match given {
             Some(value) if (low..=high).contains(&value) => *place = value,

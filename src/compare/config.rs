@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use super::thresholds::THRESHOLDS;
+
 /// How to compare.
 ///
 /// ```
@@ -22,11 +24,11 @@ pub struct CompareConfig {
 
 impl CompareConfig {
     /// [s] horizons that make sense.
-    pub const HORIZONS_S: RangeInclusive<f64> = 0.01..=600.0;
+    pub const HORIZONS_S: RangeInclusive<f64> = THRESHOLDS.horizons_s.0..=THRESHOLDS.horizons_s.1;
 }
 
 impl Default for CompareConfig {
     fn default() -> Self {
-        Self { horizon_s: 0.3, signals: true }
+        Self { horizon_s: THRESHOLDS.usual_horizon_s, signals: true }
     }
 }

@@ -66,4 +66,8 @@ crate::thresholds! {
     least_angle_noise: f64 = 1e-7, "rad", "judgement";
     /// rows from one reading to the next, at most, for the spectrum of an error that is not there in each row
     widest_stride: usize = 4, "count", "judgement";
+    /// [s] horizon of the windows of the body, unless another one is asked for
+    usual_horizon_s: f64 = 0.3, "s", "judgement";
+    /// [s] shortest and longest horizon that make sense
+    horizons_s: (f64, f64) = (0.01, 600.0), "s", "judgement";
 }

@@ -3,26 +3,8 @@
 
 use super::channels::LawInput;
 use super::law::{Inner, LawTerm, TermPart, over};
+use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
-
-/// Places over a channel's range, or sizes over its size, at which thresholds are tried.
-const TENTHS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
-/// Widths of saturations over a channel's size.
-const WIDTHS: [f64; 4] = [0.02, 0.1, 0.3, 0.7];
-/// Widths of peaks over a channel's range.
-const PEAKS: [f64; 3] = [0.04, 0.1, 0.25];
-/// Time constants of a warm-up over the time of a log.
-const WARM_UPS: [f64; 3] = [0.05, 0.15, 0.4];
-/// Widths of a play over a channel's range.
-const PLAYS: [f64; 7] = [0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35];
-/// [s] time constants of what follows a command late, beside the rotor's own.
-const LAGS: [f64; 5] = [0.03, 0.15, 0.6, 2.5, 10.0];
-/// [s] the shortest and the longest of them.
-const LAGS_WITHIN: (f64, f64) = (5e-3, 100.0);
-/// [rad] by how much the phase at a range's ends moves from one wave number to the next.
-const PHASE_STEP: f64 = 0.7;
-/// Phases [rad] at a range's ends of the longest and the shortest waves, counted in steps.
-const WAVES: std::ops::Range<usize> = 3..64;
 
 fn part(text: &'static str, x: f64, y: f64) -> TermPart {
     TermPart { text: text.into(), powers: [x, y] }
@@ -75,7 +57,7 @@ fn of_time(channel: &LawInput, lines: &[f64], term: MakeTerm) -> Vec<LawTerm> {
     // The clock of a log need not begin when the drift did.
     let since = inner('a', (0.0, range), (-10.0 * range, 10.0 * range), (channel, 1.0));
     terms.push(term("drift_since", vec![part("($x-$a)", 1.0, 0.0)], vec![since]));
-    terms.extend(WARM_UPS.iter().map(|share| {
+    terms.extend(THRESHOLDS.warm_ups.iter().map(|share| {
         let inner = inner('a', sized(share * range), (1e-3 * range, 3.0 * range), (channel, 1.0));
         term("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
     }));
@@ -95,14 +77,15 @@ fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
         term("root", vec![part("signum($x)*sqrt(abs($x))", 0.5, 0.0)], Vec::new()),
         term("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
     ];
-    for width in WIDTHS {
+    for width in THRESHOLDS.widths {
         let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (channel, 1.0));
         terms.push(term("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
         let b = inner('b', sized(3.0 * width * size), (1e-2 * size, 5.0 * size), (channel, 1.0));
-        let sharp = Inner { value: WIDTHS[0] * size, step: 0.5 * WIDTHS[0] * size, ..a };
+        let sharp =
+            Inner { value: THRESHOLDS.widths[0] * size, step: 0.5 * THRESHOLDS.widths[0] * size, ..a };
         terms.push(term("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
     }
-    for share in TENTHS {
+    for share in THRESHOLDS.places {
         let a = inner('a', (share * size, 0.05 * size), (0.0, size), (channel, 1.0));
         let text = "signum($x)*max(abs($x)-$a,0)";
         terms.push(term("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
@@ -114,14 +97,14 @@ fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
 fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
     let (low, range) = (channel.low, channel.range());
     let mut terms = Vec::new();
-    for share in TENTHS {
+    for share in THRESHOLDS.places {
         let a = inner('a', (low + share * range, 0.05 * range), (low, channel.high), (channel, 1.0));
         terms.push(term("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
         terms.push(term("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
         let b = inner('b', sized(0.02 * range), (1e-3 * range, 0.3 * range), (channel, 1.0));
         let text = "(0.5+0.5*tanh(($x-$a)/$b))";
         terms.push(term("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
-        for width in PEAKS {
+        for width in THRESHOLDS.peaks {
             let b = inner('b', sized(width * range), (5e-3 * range, range), (channel, 1.0));
             let text = "exp(-(($x-$a)/$b)^2)";
             terms.push(term("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
@@ -133,10 +116,14 @@ fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
 /// Waves over a channel, of any phase; of a channel with two sides odd and even ones, too.
 fn waves(channel: &LawInput, term: MakeTerm) -> Vec<LawTerm> {
     let mut terms = Vec::new();
-    for step in WAVES {
-        let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
-        let n =
-            inner('n', (number, PHASE_STEP / channel.range()), (0.5 * number, 1.5 * number), (channel, -1.0));
+    for step in THRESHOLDS.waves.0..THRESHOLDS.waves.1 {
+        let number = 2.0 * THRESHOLDS.phase_step * step as f64 / channel.range();
+        let n = inner(
+            'n',
+            (number, THRESHOLDS.phase_step / channel.range()),
+            (0.5 * number, 1.5 * number),
+            (channel, -1.0),
+        );
         let (sine, cosine) = (part("sin($n*$x)", 0.0, 0.0), part("cos($n*$x)", 0.0, 0.0));
         terms.push(term("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
         if channel.is_signed {
@@ -162,17 +149,17 @@ pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<LawTerm> {
     if first.is_signed {
         terms.push(term("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
         let size = first.size();
-        for width in WIDTHS {
+        for width in THRESHOLDS.widths {
             let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (first, 1.0));
             terms.push(term("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
             terms.push(term("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
         }
-        for share in TENTHS {
+        for share in THRESHOLDS.places {
             let a = inner('a', (share * size, 0.05 * size), (0.0, size), (first, 1.0));
             terms.push(term("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
         }
     }
-    for share in TENTHS {
+    for share in THRESHOLDS.places {
         let a = inner(
             'a',
             (first.low + share * first.range(), 0.05 * first.range()),
@@ -195,19 +182,21 @@ pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<LawTerm> {
     let range = channel.range();
     let play = |share: &f64| inner('a', sized(share * range), (1e-4 * range, 0.5 * range), (channel, 1.0));
     match site {
-        Site::Command => PLAYS.iter().map(|share| term("play", "(play($x,$a)-$x)", play(share))).collect(),
+        Site::Command => {
+            THRESHOLDS.plays.iter().map(|share| term("play", "(play($x,$a)-$x)", play(share))).collect()
+        }
         Site::Torque => {
-            PLAYS.iter().map(|share| term("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
+            THRESHOLDS.plays.iter().map(|share| term("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
         }
         Site::SteadyRate => {
             let lag = |span: &f64| Inner {
                 letter: 'a',
                 value: *span,
                 step: 0.5 * span,
-                bounds: LAGS_WITHIN,
+                bounds: THRESHOLDS.lag_spans_within_s,
                 unit: "s".to_owned(),
             };
-            LAGS.iter().map(|span| term("creep", "(lag($x,$a)-$x)", lag(span))).collect()
+            THRESHOLDS.lag_spans_s.iter().map(|span| term("creep", "(lag($x,$a)-$x)", lag(span))).collect()
         }
         _ => Vec::new(),
     }

@@ -79,4 +79,22 @@ crate::thresholds! {
     inner_shrink: f64 = 3.0, "-", "judgement";
     /// how far beyond the visited range formulas are held against each other, over that range
     compared_beyond: f64 = 0.5, "-", "judgement";
+    /// places over a channel's range, or sizes over its size, at which thresholds, ramps and peaks of the library are tried
+    places: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9], "-", "judgement: a fit goes on from the nearest";
+    /// widths of its saturations over a channel's size
+    widths: [f64; 4] = [0.02, 0.1, 0.3, 0.7], "-", "judgement";
+    /// widths of its peaks over a channel's range
+    peaks: [f64; 3] = [0.04, 0.1, 0.25], "-", "judgement: a factor of 2.5 apart";
+    /// time constants of its warm-ups over the time of a log
+    warm_ups: [f64; 3] = [0.05, 0.15, 0.4], "-", "judgement: a factor of some three apart";
+    /// widths of its plays over a channel's range
+    plays: [f64; 7] = [0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35], "-", "judgement: a factor of some two apart";
+    /// [s] time constants, in the library, of what follows a command late, beside the rotor's own
+    lag_spans_s: [f64; 5] = [0.03, 0.15, 0.6, 2.5, 10.0], "s", "judgement: a factor of four to five apart";
+    /// [s] the shortest and the longest of them that a fit may come to
+    lag_spans_within_s: (f64, f64) = (5e-3, 100.0), "s", "judgement";
+    /// [rad] by how much the phase at a range's ends moves from one wave number of the library to the next
+    phase_step: f64 = 0.7, "rad", "judgement: a fit goes on from the nearest";
+    /// phases at a range's ends of the longest wave and beyond the shortest, counted in such steps
+    waves: (usize, usize) = (3, 64), "count", "judgement: from two thirds of a wave over the range to fourteen";
 }

@@ -1,10 +1,10 @@
 //! What an output does behind a step of its input: two lags, one behind the other, to a level that is fitted.
 
+use super::thresholds::THRESHOLDS;
+
 /// Spans that differ by less than this share are the same: times are written with few digits.
 const SAME_SPAN: f64 = 1e-9;
-/// [-] time constants of two lags over each other below which the second is none, and difference of their poles below which they are
-/// moved apart: at equal poles the formula is 0/0.
-const NO_LAG: f64 = 1e-3;
+/// [-] difference of the poles of two lags below which they are moved apart: at equal poles the formula is 0/0.
 const APART: f64 = 1e-4;
 
 /// Two lags, one behind the other.
@@ -20,7 +20,7 @@ pub(super) struct Lags {
 impl Lags {
     /// Of a `pole` [1/s] and a `second` time constant [s].
     pub fn new(pole: f64, second: f64) -> Self {
-        if second * pole < NO_LAG {
+        if second * pole < THRESHOLDS.no_second_lag {
             return Self { slow: pole, fast: f64::INFINITY, weight: 1.0 };
         }
         let fast = 1.0 / second;
@@ -142,14 +142,11 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// Passes of the fit: each weighs levels by how far they lie about the curve of the one before.
-    const PASSES: usize = 3;
-
     /// Through levels: the input of each, itself, and the rows by which it is known; `noise` is the variance of a row.
     pub fn of(levels: &[(f64, f64, f64)], noise: f64) -> Option<Self> {
         let own = |weight: f64| noise / weight.max(f64::EPSILON);
         let (mut variance, mut found) = (0.0, None);
-        for _ in 0..Self::PASSES {
+        for _ in 0..THRESHOLDS.curve_passes {
             let mut normal = [[0.0; 4]; 3];
             for (input, level, weight) in levels {
                 let powers = [1.0, *input, input * input];

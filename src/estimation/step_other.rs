@@ -7,11 +7,6 @@ use super::moments::deviation;
 use super::step_trial::{Following, Hold, Stepped, Steps, Trial};
 use super::thresholds::THRESHOLDS;
 
-/// Rounds, each of three steps, in which gain and pole are found in turn.
-const ROUNDS: usize = 4;
-/// [-] of the widest gain: by less nothing is moved any more.
-const SAME_GAIN: f64 = 1e-3;
-
 impl Stepped<'_> {
     /// The output without what another input makes of it through the lag with which it follows steps, by the holds of `few`, and the plain
     /// way in which it follows them then, from one that was found with it; `None` where it makes nothing of it. A gain makes up for a part
@@ -25,7 +20,7 @@ impl Stepped<'_> {
         let other = self.other?;
         let few = Stepped { stretches: few, ..*self };
         let mut following = near;
-        for _ in 0..ROUNDS {
+        for _ in 0..THRESHOLDS.gain_rounds {
             let mut gains = [0.0; 3];
             for gain in &mut gains {
                 let added = self.lagged(other, following.pole);
@@ -34,7 +29,7 @@ impl Stepped<'_> {
             }
             let added = self.lagged(other, following.pole);
             following = few.plainly_beside(limit(gains), &added, following, delays);
-            if (gains[2] - gains[1]).abs() < SAME_GAIN * few.widest_gain(&added) {
+            if (gains[2] - gains[1]).abs() < THRESHOLDS.same_gain * few.widest_gain(&added) {
                 break;
             }
         }

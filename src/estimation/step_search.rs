@@ -6,12 +6,6 @@ use super::golden_section::golden;
 use super::step_trial::{Following, Stepped, Steps, Trial};
 use super::thresholds::THRESHOLDS;
 
-/// Rounds of a search, and of these each in which what did not show is asked for again.
-const ROUNDS: usize = 9;
-const ASKED_AGAIN: usize = 3;
-/// Rounds for a pole and a dead time.
-const PLAIN_ROUNDS: usize = 2;
-
 impl Stepped<'_> {
     /// The pole, without more, that leaves least.
     pub(super) fn coarse(&self, steps: Steps) -> Option<Following> {
@@ -30,10 +24,10 @@ impl Stepped<'_> {
     pub(super) fn follow(&self, near: Trial, delays: Range<f64>) -> Following {
         let search = self.search(near, delays);
         let mut at = search.delay_on_a_grid();
-        for round in 0..ROUNDS {
+        for round in 0..THRESHOLDS.step_rounds {
             let before = at;
             // Not before pole and dead time are near: what is asked of others would make up for that.
-            let asks = round % ASKED_AGAIN == ASKED_AGAIN - 1;
+            let asks = round % THRESHOLDS.asked_again == THRESHOLDS.asked_again - 1;
             search.refine(&mut at, asks);
             search.go_on(&before.0, &mut at);
             if asks {
@@ -66,7 +60,7 @@ impl StepSearch<'_> {
     /// A pole and a dead time alone.
     pub fn plain(&self) -> Following {
         let mut at = self.delay_on_a_grid();
-        for _ in 0..PLAIN_ROUNDS {
+        for _ in 0..THRESHOLDS.plain_step_rounds {
             self.refine(&mut at, false);
         }
         at.0
@@ -100,20 +94,23 @@ impl StepSearch<'_> {
     fn refine(&self, at: &mut Found, asks: bool) {
         let gain = |value: f64| if value == 0.0 { THRESHOLDS.step_shape_gain } else { 0.0 };
         let it = at.0;
-        self.along(at, it.pole / 1.5..it.pole * 1.5, 0.0, |pole| Following { pole, ..it });
+        let poles = it.pole / THRESHOLDS.pole_span..it.pole * THRESHOLDS.pole_span;
+        self.along(at, poles, 0.0, |pole| Following { pole, ..it });
         let it = at.0;
         let near = self.within(it.delay - self.interval)..self.within(it.delay + self.interval);
         self.along(at, near, 0.0, |delay| Following { delay, ..it });
         let it = at.0;
         if asks || it.upward != 0.0 {
-            self.along(at, -0.4..0.4, gain(it.upward), |upward| Following { upward, ..it });
+            let most = THRESHOLDS.most_upward;
+            self.along(at, -most..most, gain(it.upward), |upward| Following { upward, ..it });
         }
         let it = at.0;
-        let middles: &[f64] = if it.by_input != 0.0 { &[it.by_input] } else { &[-1.5, 0.0, 1.5] };
+        let middles: &[f64] = if it.by_input != 0.0 { &[it.by_input] } else { &THRESHOLDS.by_inputs };
         if asks || it.by_input != 0.0 {
             for middle in middles {
                 let with = |by_input: f64| Following { by_input, ..it };
-                self.along(at, middle - 1.0..middle + 1.0, gain(it.by_input), with);
+                let reach = THRESHOLDS.by_input_reach;
+                self.along(at, middle - reach..middle + reach, gain(it.by_input), with);
             }
         }
         let it = at.0;
@@ -154,7 +151,7 @@ impl StepSearch<'_> {
     /// Further on the way that a round has gone: pole, second lag and dead time stand in for each other.
     fn go_on(&self, from: &Following, at: &mut Found) {
         let to = at.0;
-        self.along(at, 0.0..4.0, 0.0, |share| Following {
+        self.along(at, 0.0..THRESHOLDS.furthest_on, 0.0, |share| Following {
             pole: to.pole * (to.pole / from.pole).powf(share),
             upward: to.upward + share * (to.upward - from.upward),
             by_input: to.by_input + share * (to.by_input - from.by_input),

@@ -259,21 +259,15 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Places over the interval at which one looks first, and how often one looks four times closer next.
-    const PLACES: usize = 8;
-    const CLOSER: i32 = 4;
-    /// Points over which it is summed, and standard deviations to both sides that these cover.
-    const POINTS: usize = 48;
-    const REACH: f64 = 5.0;
-
     /// Of the squares that each instant leaves of so many `rows`: as near to the least as their noise asks for.
     fn of(left: impl Fn(f64) -> f64, rows: usize) -> Self {
-        let places = (0..=Self::PLACES).map(|place| place as f64 / Self::PLACES as f64);
+        let places =
+            (0..=THRESHOLDS.instant_places).map(|place| place as f64 / THRESHOLDS.instant_places as f64);
         let all = places.map(|ahead| (ahead, left(ahead)));
         let (mut middle, _) = all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.5, 0.0));
         let mut found = Self { ahead: middle, squares: 0.0, curvature: 0.0 };
-        for power in 0..Self::CLOSER {
-            let step = 0.25_f64.powi(power) / Self::PLACES as f64;
+        for power in 0..THRESHOLDS.instant_looks {
+            let step = 0.25_f64.powi(power) / THRESHOLDS.instant_places as f64;
             middle = middle.clamp(step, 1.0 - step);
             let [low, here, high] = [-step, 0.0, step].map(|by| left(middle + by));
             let bend = (low - 2.0 * here + high) / (2.0 * step * step);
@@ -308,19 +302,22 @@ impl Profile {
     pub fn evidence(&self, noise: f64) -> (f64, f64, f64) {
         let deviation = (noise / self.curvature.max(f64::MIN_POSITIVE)).sqrt().min(1.0 / f64::EPSILON);
         let best = self.best();
-        let (low, high) =
-            ((best - Self::REACH * deviation).max(0.0), (best + Self::REACH * deviation).min(1.0));
-        let place = |point: usize| low + (high - low) * (point as f64 + 0.5) / Self::POINTS as f64;
+        let (low, high) = (
+            (best - THRESHOLDS.instant_reach * deviation).max(0.0),
+            (best + THRESHOLDS.instant_reach * deviation).min(1.0),
+        );
+        let place =
+            |point: usize| low + (high - low) * (point as f64 + 0.5) / THRESHOLDS.instant_points as f64;
         let exponent = |ahead: f64| ((ahead - self.ahead) / deviation).powi(2);
         let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
-        for ahead in (0..Self::POINTS).map(place) {
+        for ahead in (0..THRESHOLDS.instant_points).map(place) {
             let weight = (-0.5 * (exponent(ahead) - exponent(best))).exp();
             sum += weight;
             mean += weight * ahead;
             square += weight * ahead * ahead;
         }
         mean /= sum;
-        let likelihood = sum * (high - low) / Self::POINTS as f64;
+        let likelihood = sum * (high - low) / THRESHOLDS.instant_points as f64;
         (likelihood.max(f64::MIN_POSITIVE).ln(), mean, (square / sum - mean * mean).max(0.0).sqrt())
     }
 }

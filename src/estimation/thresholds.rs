@@ -177,6 +177,38 @@ crate::thresholds! {
     step_shape_gain: f64 = 4.0, "-", "as information criteria of some thousand rows ask";
     /// logarithm of a likelihood: a round that gains less ends the search
     step_search_end: f64 = 0.05, "-", "far below what decides anything";
+    /// rounds of the search for the way in which an output follows steps, at most
+    step_rounds: usize = 9, "count", "judgement (time of computing)";
+    /// of these each in which what did not show is asked for again: not before pole and dead time are near
+    asked_again: usize = 3, "count", "judgement";
+    /// rounds of the search for a pole and a dead time alone
+    plain_step_rounds: usize = 2, "count", "judgement (time of computing)";
+    /// [-] factor to both sides within which a round looks for the pole
+    pole_span: f64 = 1.5, "-", "the ratio of `tried_poles`";
+    /// [-] half of the logarithm of the pole of steps up over that of steps down, at most: a ratio of 2.2
+    most_upward: f64 = 0.4, "-", "judgement";
+    /// [-] logarithms of what a unit of the input makes of the pole, about which it is looked for first
+    by_inputs: [f64; 3] = [-1.5, 0.0, 1.5], "-", "judgement: with `by_input_reach` one overlaps the next";
+    /// [-] how far to both sides of one of these it is looked for
+    by_input_reach: f64 = 1.0, "-", "judgement";
+    /// [-] times the way that a round has gone, by which it is looked further on, at most
+    furthest_on: f64 = 4.0, "-", "judgement";
+    /// rounds, each of three steps, in which the gain of another input and the pole are found in turn
+    gain_rounds: usize = 4, "count", "judgement (time of computing)";
+    /// [-] share of the widest gain of another input by less than which it no longer moves
+    same_gain: f64 = 1e-3, "-", "judgement: far below `closer_gain`";
+    /// [-] time constant of a second lag, over the first, below which it is none
+    no_second_lag: f64 = 1e-3, "-", "judgement";
+    /// passes of the fit of levels by the input: each weighs levels by how far they lie about the curve of the one before
+    curve_passes: usize = 3, "count", "judgement";
+    /// places of an interval at which it is looked first for the instant of a step
+    instant_places: usize = 8, "count", "judgement";
+    /// looks there, each four times closer than the one before, at most
+    instant_looks: i32 = 4, "count", "the last one's places are 1/512 of an interval apart";
+    /// points over which the likelihood of an instant is summed
+    instant_points: usize = 48, "count", "some five to each standard deviation";
+    /// standard deviations to both sides that these cover
+    instant_reach: f64 = 5.0, "-", "normal distribution: 6e-7 lies outside";
     /// rms of a residual that a step, moved by its standard deviation, must move the output by to count as one
     felt_step: f64 = 0.1, "-", "judgement: a hundredth of the information of a row";
 }

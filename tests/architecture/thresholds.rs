@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use super::exempt_numbers::{FORMATS, NOT_LOOKED_AT, OTHER_NUMBERS, WHOLE_NUMBERS};
 use super::imports::{Source, program, read_sources};
 use super::sources::sources;
 
@@ -96,53 +97,19 @@ fn the_page_of_thresholds_is_current() {
     );
 }
 
-/// Rooms that decide something by numbers. What formats, codes and the kernel say of themselves is no decision of ours.
-const DECIDING: [&str; 16] = [
-    "estimation",
-    "screening",
-    "identify",
-    "compare",
-    "diagnose",
-    "discover",
-    "control",
-    "guard",
-    "experiment",
-    "runtime",
-    "studies",
-    "session",
-    "fleet",
-    "report",
-    "workbench",
-    "cli",
-];
+fn is_looked_at(source: &Source) -> bool {
+    let is_format = FORMATS.iter().any(|(start, _)| source.name.starts_with(start));
+    !is_format && !NOT_LOOKED_AT.iter().any(|(room, _)| *room == source.module[0])
+}
+
+/// Whether a line is one of an effect's card, which tells users its numbers (`rotorbench effects`).
+fn is_of_card(source: &Source, line: &str) -> bool {
+    let fields = ["lower:", "upper:", "start:", "others:", "parameters:"];
+    source.module[0] == "effect" && fields.iter().any(|it| line.trim_start().starts_with(it))
+}
 
 /// A number up to this is rounding, not a decision.
 const ROUNDING: f64 = 1e-3;
-
-/// Files whose numbers are no decisions, and what they are.
-const OTHER_NUMBERS: &[(&str, &str)] = &[
-    ("cli/demo", "what happens in the demo"),
-    ("cli/effects.rs", "an example in the help"),
-    ("cli/experiment.rs", "defaults of options"),
-    ("compare/config.rs", "defaults of settings"),
-    ("compare/gyro_block.rs", "the weights of a parabola"),
-    ("control/compensation.rs", "defaults of settings"),
-    ("control/config.rs", "defaults of settings, many of the paper's"),
-    ("control/parameters.rs", "the bench of the paper"),
-    ("diagnose/config.rs", "defaults of settings"),
-    ("discover/forms.rs", "where the functions of the library start"),
-    ("estimation/frequency_response.rs", "Welch's"),
-    ("estimation/golden_section.rs", "the golden section"),
-    ("estimation/quantile.rs", "the median of a normal variable's size"),
-    ("estimation/robust_errors.rs", "Student's quantile"),
-    ("experiment/mod.rs", "shapes of test signals"),
-    ("guard/config.rs", "defaults of settings"),
-    ("screening/checks/thrust_unlike_template.rs", "units"),
-    ("screening/plausibility.rs", "units"),
-    ("studies/jitter/measurement.rs", "signals made up"),
-    ("studies/paper/", "the paper's"),
-    ("workbench/demo.rs", "what happens in the demo"),
-];
 
 /// Decimal numbers of a line of code that are no whole ones, quarters or halves: what something is multiplied, limited or compared
 /// with, taken at (a quantile), or called (a constant). Whole ones are a formula's more often than not.
@@ -182,86 +149,6 @@ fn compared_with(line: &str) -> Vec<f64> {
     });
     beside.filter_map(number).filter(|it| it.abs() > ROUNDING && ![0.5, 1.0].contains(&it.abs())).collect()
 }
-
-/// Whole numbers, halves and the like that stand where numbers decide, and decide nothing: file, the numbers, what they are. Files
-/// of [`OTHER_NUMBERS`] are left out, and what is shown (`report`).
-const WHOLE_NUMBERS: &[(&str, &[&str], &str)] = &[
-    ("cli/brief.rs", &["130", "390", "60"], "lengths of a text"),
-    ("cli/design.rs", &["1e6"], "the largest number that an option takes"),
-    ("cli/monitor.rs", &["10"], "looks before there is anything to show"),
-    (
-        "cli/progress.rs",
-        &["40", "50", "80"],
-        "a bar: its length, how often it is drawn, how wide a terminal is",
-    ),
-    ("control/controller.rs", &["3"], "a code of recordings"),
-    ("diagnose/block_builder.rs", &["3"], "coefficients of a cubic"),
-    ("diagnose/grid_search.rs", &["12"], "variance of a uniform distribution"),
-    ("estimation/slope.rs", &["16"], "samples of a piece of work"),
-    ("estimation/step_course.rs", &["3"], "equations of a parabola, and passes of its fit"),
-    ("estimation/step_other.rs", &["4"], "rounds of a search"),
-    ("estimation/step_search.rs", &["9", "3"], "rounds of a search"),
-    (
-        "estimation/step_trial.rs",
-        &["0.5", "8", "4", "48", "5.0"],
-        "an input in the middle, and places of a search and a quadrature over an interval",
-    ),
-    ("screening/checks/steps_between_rows.rs", &["12.0"], "variance of a uniform distribution"),
-    ("diagnose/problem.rs", &["64"], "windows that one thread takes at a time"),
-    ("discover/assemble.rs", &["101"], "points of a curve that is drawn"),
-    ("discover/mod.rs", &["1000"], "names with a number"),
-    ("estimation/dependence.rs", &["4"], "sums side by side in the processor"),
-    ("estimation/kalman_smoother.rs", &["1_024"], "states that are kept"),
-    ("estimation/lag_products.rs", &["128", "4", "8"], "rows and lanes of the processor"),
-    ("estimation/lagged_products.rs", &["1_024", "4", "4_096"], "lengths of a transform"),
-    (
-        "estimation/noise_floor.rs",
-        &["1.5", "100"],
-        "the root of 2.3, which the line before derives; how finely it is tried",
-    ),
-    ("estimation/normal_equations.rs", &["8"], "pieces of work"),
-    ("estimation/ranks.rs", &["11", "14"], "size of a table"),
-    (
-        "estimation/third_differences.rs",
-        &["20.0", "3"],
-        "1 + 9 + 9 + 1: the variance of a third difference, which spans three steps",
-    ),
-    ("estimation/two_poles.rs", &["8"], "size of an array"),
-    ("fleet/answer.rs", &["16"], "letters of a digest"),
-    ("fleet/plan.rs", &["100"], "letters of a name"),
-    ("guard/events.rs", &["64"], "size of a buffer"),
-    ("guard/speed_model.rs", &["16"], "size of an array"),
-    ("guard/speed_track.rs", &["256", "8"], "sizes of buffers"),
-    ("guard/table.rs", &["33"], "how many causes there are"),
-    ("experiment/prbs.rs", &["24"], "bits of a register"),
-    ("identify/command_response.rs", &["1e3", "1e6"], "milli and micro"),
-    ("identify/pipeline.rs", &["7"], "how many steps there are"),
-    ("identify/supply_gain.rs", &["12"], "variance of a uniform distribution"),
-    ("identify/voltage_instruments.rs", &["5"], "columns"),
-    ("runtime/bridge.rs", &["256"], "size of a buffer"),
-    ("runtime/control.rs", &["64"], "size of a buffer"),
-    ("runtime/emulate.rs", &["64"], "size of a buffer"),
-    ("runtime/experiment.rs", &["5000"], "how often progress is said"),
-    ("runtime/lockstep/run.rs", &["60.0"], "default of an option"),
-    ("runtime/lockstep/two_process.rs", &["20_000_000"], "how often it is looked whether to end"),
-    ("runtime/monitor.rs", &["100", "300", "8"], "how often, how much and how many are shown"),
-    ("runtime/operator.rs", &["5"], "how often it is looked for an answer"),
-    ("runtime/record.rs", &["50"], "how often it is looked whether to end"),
-    ("runtime/run.rs", &["256"], "size of a buffer"),
-    ("screening/checks/battery_in_other_unit.rs", &["1e1", "1e2", "1e3"], "deci, centi and milli"),
-    ("screening/checks/command_follows_rate.rs", &["3"], "readings of a second difference"),
-    ("screening/checks/outliers.rs", &["16"], "rows of a piece of work"),
-    ("screening/missing_commands.rs", &["0.5"], "rounding to the nearest"),
-    ("screening/rotor_data.rs", &["3"], "1 + 2: the numbers of both rotors"),
-    ("session/dronecan_parameters.rs", &["13"], "bits of a number"),
-    ("session/dronecan_wire.rs", &["50_000_000"], "how often it is looked what to send"),
-    ("session/machine/host.rs", &["1000"], "the first user who is no part of the system"),
-    ("workbench/door.rs", &["16", "32", "80"], "bytes of a token and of a path, and the port of the web"),
-    ("workbench/guesses.rs", &["4"], "rotors that are offered"),
-    ("workbench/live.rs", &["500"], "how often a bench that is gone is looked for"),
-    ("workbench/places.rs", &["100"], "letters of a name"),
-    ("workbench/server.rs", &["50"], "how often it is looked whether to end"),
-];
 
 /// A number in a line of code: as it is written, what it is, and where it begins and ends.
 struct Literal<'a> {
@@ -308,6 +195,20 @@ const UNITS: [f64; 9] = [10.0, 60.0, 100.0, 180.0, 360.0, 1e3, 3.6e3, 1e6, 1e9];
 /// Methods that hold a value within a bound, or take so many.
 const BOUNDING: [&str; 6] = [".min(", ".max(", ".take(", ".skip(", ".step_by(", ".chunks("];
 
+/// Whether a number stands in an array that holds nothing but numbers.
+fn is_listed(line: &str, place: &std::ops::Range<usize>) -> bool {
+    let (before, behind) = (&line[..place.start], &line[place.end..]);
+    let Some(open) = before.rfind('[').filter(|open| !before[*open..].contains(']')) else { return false };
+    let Some(close) = behind.find(']').filter(|close| !behind[..*close].contains('[')) else { return false };
+    let items = || line[open + 1..place.end + close].split(',').map(str::trim).filter(|it| !it.is_empty());
+    let is_number = |item: &str| {
+        numbers(item).first().is_some_and(|it| item.trim_start_matches('-').len() == it.place.len())
+    };
+    let is_index = before[..open]
+        .ends_with(|letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | ')' | ']'));
+    !is_index && items().count() > 1 && items().all(is_number)
+}
+
 /// Numbers of a line of code, whole ones and halves, too, that something is compared with, held within, repeated or divided by
 /// as a whole, or that a constant has. 0, 1 and 2 are a formula's.
 fn deciding(line: &str) -> Vec<&str> {
@@ -327,6 +228,7 @@ fn deciding(line: &str) -> Vec<&str> {
         let is_whole = !it.text.contains(['.', 'e']);
         let is_scale = is_whole && it.value > 2.0 && !UNITS.contains(&it.value);
         let within = line[..it.place.start].trim_end_matches('-');
+        let listed = !is_whole && is_listed(line, &it.place);
         let clamped = within.rfind(".clamp(").is_some_and(|at| !within[at..].contains(')'));
         (is_constant && value_from.is_some_and(|from| it.place.start > from))
             || follows(&compared)
@@ -335,6 +237,7 @@ fn deciding(line: &str) -> Vec<&str> {
             || (is_scale && (follows(&["*", "/", "*=", "/="]) || leads(&["*", "/"])))
             || BOUNDING.iter().any(|method| within.ends_with(method))
             || clamped
+            || listed
     };
     numbers(line).iter().filter(|it| !is_in_formula(it.value) && decides(it)).map(|it| it.text).collect()
 }
@@ -353,7 +256,7 @@ fn nothing_is_decided_by_a_whole_number_of_its_own() {
             source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
         let is_other =
             name.ends_with("thresholds.rs") || OTHER_NUMBERS.iter().any(|(start, _)| name.starts_with(start));
-        let decides = DECIDING.contains(&source.module[0].as_str()) && source.module[0] != "report";
+        let decides = is_looked_at(&source) && source.module[0] != "report";
         if is_test || is_other || !decides {
             continue;
         }
@@ -361,7 +264,9 @@ fn nothing_is_decided_by_a_whole_number_of_its_own() {
             WHOLE_NUMBERS.iter().find(|(file, ..)| *file == name).map_or(&[], |(_, known, _)| known);
         // What an option takes stands in an attribute, and whoever gives something else is told.
         let is_attribute = |line: &&str| line.trim_start().starts_with("#[");
-        for line in program(&source.text).lines().filter(|line| !is_attribute(line)) {
+        for line in
+            program(&source.text).lines().filter(|line| !is_attribute(line) && !is_of_card(&source, line))
+        {
             let code = without_literals(line);
             for number in deciding(&code) {
                 if known.contains(&number) {
@@ -386,11 +291,14 @@ fn whole_numbers_are_seen_where_they_decide() {
         ["20", "0.5", "3.0", "7.0"]
     );
     assert_eq!(deciding("mean = (mean * 7 + new) / 8;"), ["7", "8"]);
+    let arrays = "(given, place, [0.001, 100.0]), (given, place, &[-1.5, 0.0, 0.5])";
+    assert_eq!(deciding(arrays), ["100.0", "1.5", "0.5"]);
     let formulas = [
         "let middle = 0.5 * (low + high) + 4.0 * x.powi(3);",
         "if n < 2 || x >= 0.0 || share > 1e-9 {",
         "let percent = 100.0 * share; let seconds = ns / 1_000_000_000; let x = pair.1 / a[3];",
         "let shape: [f64; 4] = [0.0; 4]; const FOUR: fn(u8) -> u8 = f;",
+        "let three = [x, 0.25 * y, 3.0]; let taps = [3, 5]; let one = [7.5]; let it = a[[0, 3][k]];",
     ];
     for formula in formulas {
         assert!(deciding(formula).is_empty(), "{formula}: {:?}", deciding(formula));
@@ -405,13 +313,12 @@ fn nothing_is_decided_by_a_number_of_its_own() {
     for source in read_sources() {
         let is_test =
             source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
-        if !DECIDING.contains(&source.module[0].as_str()) || is_test || source.name.ends_with("thresholds.rs")
-        {
+        if !is_looked_at(&source) || is_test || source.name.ends_with("thresholds.rs") {
             continue;
         }
         let other = OTHER_NUMBERS.iter().find(|(start, _)| source.name.starts_with(start));
         let is_shown = source.module[0] == "report";
-        for line in program(&source.text).lines() {
+        for line in program(&source.text).lines().filter(|line| !is_of_card(&source, line)) {
             let fractions = if is_shown { Vec::new() } else { fractions(line) };
             if let Some((start, _)) = other.filter(|_| !fractions.is_empty()) {
                 unused.remove(start);
@@ -428,4 +335,19 @@ fn nothing_is_decided_by_a_number_of_its_own() {
     assert_eq!(fractions("let a = 0.2 * b.max(0.3 / c).clamp(-0.1, 2.0); // 0.7"), [0.2, 0.3, 0.1]);
     assert_eq!(fractions("const SHARE: f64 = 2.5e-1 + 0.05;"), [0.05]);
     assert!(fractions("let a = 12.0 * b / 1e-9 + x.0.1 + \"0.3\".len() + 0.75;").is_empty());
+}
+
+/// What is left out is there to be left out: a room or a file that is gone, or that would pass, is no exemption.
+#[test]
+fn what_is_not_looked_at_is_there() {
+    let sources = read_sources();
+    let has_numbers = |source: &Source| {
+        program(&source.text).lines().any(|line| !deciding(&without_literals(line)).is_empty())
+    };
+    for (room, _) in NOT_LOOKED_AT {
+        assert!(sources.iter().any(|it| it.module[0] == *room && has_numbers(it)), "the room {room}");
+    }
+    for (start, _) in FORMATS {
+        assert!(sources.iter().any(|it| it.name.starts_with(start) && has_numbers(it)), "{start}");
+    }
 }
