@@ -8,7 +8,7 @@ use super::output::{Force, writable};
 use super::usage_error::UsageError;
 use super::{CliResult, Outcome};
 use crate::log::export;
-use crate::recording::End;
+use crate::report;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -75,10 +75,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };
         let summary = write(&arguments.recording, output)?;
-        let cut_off = match &summary.end {
-            End::Whole => None,
-            End::CutOff { byte, reason } => Some(format!("cut off at byte {byte}: {reason}")),
-        };
         if summary.written == 0 {
             outcome = Outcome::FoundWanting;
         }
@@ -89,14 +85,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
                 written: summary.written,
                 out_of_order: summary.out_of_order,
                 lost_by_recorder: summary.lost,
-                cut_off,
+                cut_off: report::files::cut_off(&summary.end),
             });
             continue;
         }
-        print!("{}", crate::report::export::text(&summary, what, output));
+        print!("{}", report::export::text(&summary, what, output));
     }
     if arguments.json {
-        println!("{}", crate::report::json::answer(&answer)?);
+        println!("{}", report::json::answer(&answer)?);
     }
     Ok(outcome)
 }

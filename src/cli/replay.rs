@@ -8,7 +8,7 @@ use super::usage_error::{SetError, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
-use crate::recording::{End, RecordedItem, Recording, RecordingMetadata};
+use crate::recording::{RecordedItem, Recording, RecordingMetadata};
 use crate::report;
 use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::replay::{Replay, ReplayResult};
@@ -71,10 +71,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     {
         return Err(UsageError::NothingToReplay { recording: arguments.recording.clone() }.into());
     }
-    let cut_off = match recording.end() {
-        Some(End::CutOff { byte, reason }) => Some(format!("at byte {byte}: {reason}")),
-        _ => None,
-    };
+    let cut_off = recording.end().and_then(report::files::cut_off);
     if arguments.json {
         let report = ReplayAnswer {
             recording: &arguments.recording,

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::files;
 use crate::log::export::ExportSummary;
-use crate::recording::End;
 
 /// How much was written of `what`, "rows" or "frames", and what is missing of it.
 #[must_use]
@@ -21,10 +21,8 @@ pub fn text(summary: &ExportSummary, what: &str, output: &Path) -> String {
     if summary.out_of_order > 0 {
         lines.push(format!("warning: {} periods out of order, left out", summary.out_of_order));
     }
-    if let End::CutOff { byte, reason } = &summary.end {
-        lines.push(format!(
-            "warning: the recording is cut off at byte {byte}: {reason}; everything before it is here"
-        ));
+    if let Some(cut_off) = files::cut_off(&summary.end) {
+        lines.push(format!("warning: the recording is {cut_off}; everything before it is here"));
     }
     lines.join("\n") + "\n"
 }

@@ -18,7 +18,7 @@ pub fn text(
         text += &format!("the recorder lost {lost} records\n");
     }
     if let Some(cut_off) = cut_off {
-        text += &format!("the recording is cut off {cut_off}\n");
+        text += &format!("the recording is {cut_off}\n");
     }
     text
 }
