@@ -12,6 +12,7 @@ use crate::compare::CompareConfig;
 use crate::emulate::Impulse;
 use crate::report::comparison;
 use crate::report::json;
+use crate::report::next_steps::{self, Typed};
 use crate::report::shell::quoted;
 use crate::session::{self, Job};
 
@@ -92,10 +93,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
 
 /// The command that goes on from here, of the last model.
 fn ask_what_is_missing(arguments: &Arguments) -> String {
-    let names = arguments.log.iter().map(|path| quoted(&path.display().to_string()));
+    let logs: Vec<String> = arguments.log.iter().map(|path| quoted(&path.display().to_string())).collect();
     let model = arguments.model.last().map_or_else(String::new, |path| quoted(&path.display().to_string()));
-    let logs = names.collect::<Vec<_>>().join(" ");
-    format!("rotorbench diagnose --model {model} --log {logs}{}", arguments.logs.as_typed())
+    let typed = Typed { logs: arguments.logs.as_typed(), ..Typed::default() };
+    next_steps::diagnose(&model, (&logs, &[]), &typed)
 }
 
 /// Controllers side by side: there is nothing to be found wanting.

@@ -10,7 +10,7 @@ use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::model::Model;
-use crate::report::next_steps::{NextStep, Typed};
+use crate::report::next_steps::NextStep;
 use crate::report::shell::quoted;
 use crate::report::{self, json, rotors};
 use crate::screening::ScreenedLog;
@@ -124,12 +124,7 @@ fn extensions(search: &SearchArguments, found: &RotorDiagnoses) -> Vec<String> {
 /// The command that tells the whole story of the first rotor.
 fn whole_story(search: &SearchArguments, found: &RotorDiagnoses) -> String {
     let rotor = found.rotors.first().map_or(1, |of| of.rotor);
-    let validate = named(&search.validate).join(" ");
-    let held_out = if validate.is_empty() { String::new() } else { format!(" --validate {validate}") };
-    let Typed { logs, windows } = search.as_typed_of_rotor(rotor);
-    format!(
-        "rotorbench diagnose --model {} --log {}{logs}{held_out}{windows}",
-        quoted(&search.model.display().to_string()),
-        named(&search.log).join(" ")
-    )
+    let model = quoted(&search.model.display().to_string());
+    let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
+    report::next_steps::diagnose(&model, logs, &search.as_typed_of_rotor(rotor))
 }

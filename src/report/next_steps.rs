@@ -133,6 +133,19 @@ pub fn next_steps_of_rotor(
     steps_into(diagnosis, model, logs, options, &format!("rotor_{rotor}_"))
 }
 
+/// The command that asks what is missing: of the options `logs` are behind those fitted on, `windows` behind all.
+#[must_use]
+pub fn diagnose(model: &str, (train, validate): (&[String], &[String]), options: &Typed) -> String {
+    let Typed { logs, windows } = options;
+    let held_out = held_out(validate);
+    format!("rotorbench diagnose --model {model} --log {}{logs}{held_out}{windows}", train.join(" "))
+}
+
+/// The option of the logs held out, with a blank before it.
+fn held_out(validate: &[String]) -> String {
+    if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) }
+}
+
 /// What to do next, its results in files whose names begin with `prefix`.
 fn steps_into(
     diagnosis: &Diagnosis,
@@ -142,13 +155,12 @@ fn steps_into(
     prefix: &str,
 ) -> Vec<NextStep> {
     let free_name = |stem: &str| free_name(&format!("{prefix}{stem}"), model);
+    let ask_again = |model: &str| diagnose(model, (train, validate), options);
     let Typed { logs: options, windows } = options;
     let logs = format!("--log {}{options}", train.join(" "));
     let shown = if validate.is_empty() { train } else { validate };
     let shown = format!("--log {}{options}{windows}", shown.join(" "));
-    let held_out =
-        if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
-    let held_out = held_out + windows;
+    let held_out = held_out(validate) + windows;
     let (extended, own) = (free_name("extended"), free_name("bench_model"));
     let commands = Commands {
         extend: format!(
@@ -161,7 +173,7 @@ fn steps_into(
             free_name("recalibrated")
         ),
         identify: format!("rotorbench identify {logs} -o {own}"),
-        ask_again: format!("rotorbench diagnose --model {own} {logs}{held_out}"),
+        ask_again: ask_again(&own),
         discover: format!("rotorbench discover --model {model} {logs}{held_out} -o {}", free_name("law")),
     };
     let mut steps = of_verdict(diagnosis, commands);
