@@ -125,11 +125,11 @@ impl Identification {
     /// k_V of constant commands and of several supplies, and where exciting commands have another: the one in the model first.
     fn gains(&self) -> Vec<(Estimate, &'static str)> {
         let Some(between) = self.supplies.as_ref().map(|supplies| supplies.gain) else {
-            return self.own_gains();
+            return self.own_gains(true);
         };
-        let mut gains = self.own_gains();
-        if between.value == self.actuator.voltage_gain {
-            gains.iter_mut().for_each(|(_, from)| *from = from.trim_end_matches(", in the model"));
+        let is_in_model = between.value == self.actuator.voltage_gain;
+        let mut gains = self.own_gains(!is_in_model);
+        if is_in_model {
             gains.insert(0, (between, "levels at several supplies, in the model"));
         } else {
             gains.push((between, "levels at several supplies, less certain"));
@@ -137,17 +137,19 @@ impl Identification {
         gains
     }
 
-    /// The same without several supplies.
-    fn own_gains(&self) -> Vec<(Estimate, &'static str)> {
+    /// The same without several supplies; `is_in_model` = one of them is the model's, and is called so.
+    fn own_gains(&self, is_in_model: bool) -> Vec<(Estimate, &'static str)> {
         let Some(steady) = self.battery.as_ref().map(|battery| battery.gain) else { return Vec::new() };
         let Some(exciting) = self.joint.as_ref().and_then(|joint| joint.voltage_gain) else {
             return vec![(steady, "constant commands, Eq. (6)")];
         };
         if steady.value == self.actuator.voltage_gain {
-            return vec![
-                (steady, "constant commands, Eq. (6), in the model"),
-                (exciting, "joint estimation, less certain"),
-            ];
+            let from = if is_in_model {
+                "constant commands, Eq. (6), in the model"
+            } else {
+                "constant commands, Eq. (6)"
+            };
+            return vec![(steady, from), (exciting, "joint estimation, less certain")];
         }
         // Without ramps k_V goes with the curve of the exciting commands, however sure the other is.
         let beside = if steady.standard_error < exciting.standard_error {
@@ -155,7 +157,8 @@ impl Identification {
         } else {
             "constant commands, Eq. (6), less certain"
         };
-        vec![(exciting, "joint estimation, in the model"), (steady, beside)]
+        let from = if is_in_model { "joint estimation, in the model" } else { "joint estimation" };
+        vec![(exciting, from), (steady, beside)]
     }
 
     /// Which steps of section III the logs permit.

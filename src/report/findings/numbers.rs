@@ -12,13 +12,14 @@ pub(super) fn in_digits(finding: &Finding, value: &str, error: &str) -> String {
 /// Σ c_j u^j from j = 1.
 pub(super) fn formula(coefficients: &[f64]) -> String {
     let term = |(at, value): (usize, &f64)| {
-        let power = match at {
-            0 => "u".to_owned(),
-            at => format!("u^{}", at + 1),
-        };
-        format!("{} {power}", short(*value))
+        let number = short(*value);
+        match (at, number.strip_prefix('-')) {
+            (0, _) => format!("{number} u"),
+            (at, Some(taken_away)) => format!(" - {taken_away} u^{}", at + 1),
+            (at, None) => format!(" + {number} u^{}", at + 1),
+        }
     };
-    coefficients.iter().enumerate().map(term).collect::<Vec<String>>().join(" + ").replace("+ -", "- ")
+    coefficients.iter().enumerate().map(term).collect()
 }
 
 /// A value with its error; without one where it is exact.
@@ -38,4 +39,15 @@ pub(super) fn digits(value: f64, digits: i32) -> String {
     }
     let scale = 10f64.powi(digits - 1 - value.abs().log10().floor() as i32);
     short((value * scale).round() / scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_has_the_signs_of_its_terms_between_them() {
+        assert_eq!(formula(&[-2.0, 3.5, -0.5]), "-2 u + 3.5 u^2 - 0.5 u^3");
+        assert_eq!(formula(&[]), "");
+    }
 }
