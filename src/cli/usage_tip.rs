@@ -4,6 +4,8 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
+use crate::report::usage_tip;
+
 /// The error about the words of this process, with a tip where one helps.
 pub(super) fn with_tip(error: Error, program: &Command) -> Error {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -31,7 +33,7 @@ fn of_file(unknown: &str, command: &Command) -> Option<String> {
     let is_settings = unknown.to_ascii_lowercase().ends_with(".toml");
     let options = if is_settings { &["config", "model"][..] } else { &["log"] };
     let option = options.iter().copied().find(|option| takes(option))?;
-    Some(format!("a file needs its option: `--{option} {unknown}`"))
+    Some(usage_tip::of_file(option, unknown))
 }
 
 /// An option of a kind of the command, without the kind.
@@ -40,11 +42,9 @@ fn of_kind(unknown: &str, command: &Command) -> Option<String> {
     let has = |kind: &&Command| kind.get_arguments().any(|it| it.get_long() == Some(long));
     let kinds: Vec<&str> = command.get_subcommands().filter(has).map(Command::get_name).collect();
     // The one that shows most, where it is among them.
-    let first = kinds.iter().find(|kind| **kind == "prbs").or(kinds.first())?;
-    let others: Vec<String> =
-        kinds.iter().filter(|kind| *kind != first).map(|it| format!("`{it}`")).collect();
-    let others = if others.is_empty() { String::new() } else { format!(" (or {})", others.join(", ")) };
-    Some(format!("the kind comes first: `rotorbench {} {first} --{long} ...`{others}", command.get_name()))
+    let first = *kinds.iter().find(|kind| **kind == "prbs").or(kinds.first())?;
+    let others: Vec<&str> = kinds.iter().copied().filter(|kind| *kind != first).collect();
+    Some(usage_tip::of_kind(command.get_name(), long, first, &others))
 }
 
 #[cfg(test)]

@@ -91,6 +91,7 @@ pub mod shell;
 pub mod story;
 mod table;
 pub mod thresholds;
+pub mod usage_tip;
 pub mod verdict;
 pub mod workbench;
 mod wrapped;
