@@ -73,7 +73,6 @@ pub enum BenchError {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        #[source]
         error: std::io::Error,
     },
     /// The file is not a bench file.

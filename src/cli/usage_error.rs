@@ -13,12 +13,12 @@ use crate::unit::short;
 #[derive(Debug, thiserror::Error)]
 pub enum UsageError {
     /// A file that cannot be read, written or taken away.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        error: io::Error,
     },
     /// A result would replace a file.
     #[error("{}: is there already; --force replaces it", path.display())]
@@ -196,7 +196,7 @@ impl UsageError {
     /// An error of the system about a file.
     pub(super) fn at(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::File { path, source }
+        move |error| Self::File { path, error }
     }
 
     /// An option that would do nothing.

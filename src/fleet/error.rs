@@ -16,12 +16,12 @@ pub enum FleetError {
     #[error(transparent)]
     Session(#[from] SessionError),
     /// A file or a folder.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     File {
         /// Which.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        error: io::Error,
     },
     /// A plan that is none.
     #[error("{}: {reason}", path.display())]
@@ -57,6 +57,6 @@ impl FleetError {
     /// What the system says of a file.
     pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
-        |source| Self::File { path, source }
+        |error| Self::File { path, error }
     }
 }

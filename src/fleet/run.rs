@@ -131,8 +131,8 @@ impl Work<'_> {
         let sum = match inputs::hash(bench) {
             Ok(sum) => sum,
             // A log that is not there has no hash: the bench fails under the name of that, until the log is there.
-            Err(FleetError::File { path, source }) => {
-                return self.fails(bench, &unreadable, "", &format!("{}: {source}", path.display()));
+            Err(error @ FleetError::File { .. }) => {
+                return self.fails(bench, &unreadable, "", &error.to_string());
             }
             Err(error) => return Err(error),
         };

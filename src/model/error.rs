@@ -60,12 +60,12 @@ pub enum ModelError {
         nearest: Option<String>,
     },
     /// The expression of a user's effect does not parse.
-    #[error("effect `{effect}`: {source}")]
+    #[error("effect `{effect}`: {error}")]
     Expression {
         /// Id of the effect.
         effect: String,
         /// What is wrong with it.
-        source: ExpressionError,
+        error: ExpressionError,
     },
     /// A value is missing, superfluous or out of range.
     #[error("{what}")]

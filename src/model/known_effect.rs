@@ -66,7 +66,7 @@ impl Effect {
         let names: Vec<&str> = user.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
         let expression = Expression::parse(&user.expression, &names)
             .and_then(|expression| expression.at(user.site))
-            .map_err(|source| ModelError::Expression { effect: user.id.clone(), source })?;
+            .map_err(|error| ModelError::Expression { effect: user.id.clone(), error })?;
         let own: &[&str] = if user.site.is_rotor() {
             &[columns::ANY_COMMAND, columns::ANY_PROPELLER_RATE]
         } else {

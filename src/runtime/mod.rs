@@ -70,7 +70,7 @@ pub enum ProcessError {
     Log(#[from] DatasetError),
     /// The operating system has no thread, or no signal handler, to give.
     #[error("cannot start: {0}")]
-    Start(#[from] std::io::Error),
+    Start(std::io::Error),
     /// A model that no controller can be built on.
     #[error("model `{model}`: {error}")]
     Plant {
@@ -139,6 +139,13 @@ fn others(running: &[String]) -> String {
         String::new()
     } else {
         format!("; running: {} (name its file: --config)", names.join(", "))
+    }
+}
+
+// By hand: `#[from]` would make a source of it, too, and the sentence says it already.
+impl From<std::io::Error> for ProcessError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Start(error)
     }
 }
 

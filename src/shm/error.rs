@@ -23,7 +23,6 @@ pub enum ShmError {
         /// Where.
         path: PathBuf,
         /// Why.
-        #[source]
         error: std::io::Error,
     },
     /// Somebody else's file or directory is where the bench's should be, or the bench's is open to others.

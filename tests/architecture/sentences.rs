@@ -56,6 +56,41 @@ fn no_code_parses_a_sentence() {
     assert_eq!(searched_for(r#"said.contains("held still") || name.starts_with("rotor ")"#), ["held still"]);
 }
 
+/// Sentences of errors that say their source: who shows an error with its causes would have to look into the sentence for what
+/// was said.
+fn said_twice(text: &str) -> Vec<String> {
+    let program = program(text);
+    let of = |variant: &str| {
+        let (sentence, rest) = variant.split_once(")]\n")?;
+        let fields = rest.split("\n}\n").next()?;
+        let source = if fields.contains("#[from]") || fields.contains("(#[source]") {
+            "0"
+        } else if let Some((_, behind)) = fields.split_once("#[source]\n") {
+            behind.trim_start().split(':').next()?
+        } else {
+            fields.contains(" source: ").then_some("source")?
+        };
+        sentence.contains(&format!("{{{source}")).then(|| sentence.to_owned())
+    };
+    program.split("#[error(").skip(1).filter_map(of).collect()
+}
+
+#[test]
+fn no_error_says_its_source() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let read = |file: &std::path::PathBuf| fs::read_to_string(file).expect("source is UTF-8");
+    let found: Vec<String> = sources(&root).iter().flat_map(|file| said_twice(&read(file))).collect();
+    assert!(found.is_empty(), "a field of another name, without #[source], is no source: {found:#?}");
+    let variant = |sentence: &str, fields: &str| {
+        said_twice(&format!("enum E {{\n    #[error(\"{sentence}\")]\n    A{fields},\n}}\n")).len()
+    };
+    assert_eq!(variant("file: {source}", " {\n        source: io::Error,\n    }"), 1);
+    assert_eq!(variant("file: {error}", " {\n        #[source]\n        error: io::Error,\n    }"), 1);
+    assert_eq!(variant("start: {0}", "(#[from] io::Error)"), 1);
+    assert_eq!(variant("file: {error}", " {\n        error: io::Error,\n    }"), 0);
+    assert_eq!(variant("file", " {\n        source: io::Error,\n    }"), 0);
+}
+
 /// Rooms whose results carry codes and numbers. What `model` writes is data: names and units of a model file.
 const ROOMS_OF_RESULTS: [&str; 10] = [
     "estimation",

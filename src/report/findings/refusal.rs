@@ -12,20 +12,12 @@ use crate::screening::{Finding, ScreeningError};
 use crate::session::SessionError;
 use crate::studies::paper::PaperError;
 
-/// An error and its causes in one sentence.
+/// An error and its causes in one sentence. An error that says its cause itself has no source.
 #[must_use]
 pub fn explained(error: &(dyn Error + 'static)) -> String {
-    let mut sentence = refusal(error).unwrap_or_else(|| error.to_string());
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let cause_text = cause.to_string();
-        if !sentence.contains(&cause_text) {
-            sentence.push_str(": ");
-            sentence.push_str(&cause_text);
-        }
-        source = cause.source();
-    }
-    sentence
+    let said = refusal(error).unwrap_or_else(|| error.to_string());
+    let causes = std::iter::successors(error.source(), |&cause| cause.source());
+    causes.fold(said, |said, cause| format!("{said}: {cause}"))
 }
 
 /// What an error says whose reason is a finding; `None` of one that speaks for itself.
