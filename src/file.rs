@@ -1,5 +1,6 @@
 //! Files that appear complete or not at all, and where in a file something is wrong.
 
+use std::fmt;
 use std::fs::{self, Permissions};
 use std::io::{self, Read as _, Write as _};
 use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
@@ -63,6 +64,25 @@ pub enum SettingsKind {
     Mapping,
     /// No settings: rows of columns, as a log has.
     Log,
+}
+
+/// Where people name the mapping of a log: what an error points at where one is missing or stands in another place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MappingPlace {
+    /// An option of a command.
+    #[default]
+    Option,
+    /// A key of a bench in the plan of a fleet.
+    Plan,
+}
+
+impl fmt::Display for MappingPlace {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Option => "`--mapping`",
+            Self::Plan => "`mapping = \"FILE\"` of the bench in the plan",
+        })
+    }
 }
 
 /// Which of them a text is: a TOML by the tables at its top that only one kind has, a log by the columns of its first line; `None` = no

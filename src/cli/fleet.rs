@@ -111,7 +111,7 @@ fn foreign_log<'a>(plan: &'a Plan, job: &Job) -> Option<&'a Path> {
 fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
-    let refusal = |error: &FleetError| report::fleet::refusal(&report::findings::explained(error));
+    let refusal = |error: &FleetError| report::findings::explained(error);
     let hear = |event: ShardEvent| eprint!("{}", report::fleet::event(event));
     let failed = cancellable(|cancel| {
         let job = Job::unwatched(cancel);

@@ -14,7 +14,7 @@ pub enum FleetError {
     Cancelled(#[from] Cancelled),
     /// A bench that cannot be diagnosed.
     #[error(transparent)]
-    Session(#[from] SessionError),
+    Session(SessionError),
     /// A file or a folder.
     #[error("{}: {error}", path.display())]
     File {
@@ -53,10 +53,35 @@ pub enum FleetError {
     Json(#[from] serde_json::Error),
 }
 
+// By hand: the plan is to blame, not an option.
+impl From<SessionError> for FleetError {
+    fn from(error: SessionError) -> Self {
+        Self::Session(error.of_plan())
+    }
+}
+
 impl FleetError {
     /// What the system says of a file.
     pub(super) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         |error| Self::File { path, error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::csv;
+    use crate::model::Model;
+
+    #[test]
+    fn an_error_about_a_bench_of_a_plan_names_the_key_of_the_plan() {
+        let log = csv::parse(b"t,a\n0,1\n", "log.csv".as_ref()).expect_err("no time");
+        let model = Model::parse("[[signal]]\n", "m.toml".as_ref()).expect_err("a mapping");
+        for error in [SessionError::from(log), SessionError::from(model)] {
+            let (before, behind) = (error.to_string(), FleetError::from(error).to_string());
+            let key = "`mapping = \"FILE\"` of the bench in the plan";
+            assert!(before.contains("`--mapping`") && behind.contains(key), "{before}, {behind}");
+        }
     }
 }

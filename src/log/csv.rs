@@ -17,7 +17,7 @@ use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, not_names, shortened};
 use super::lines::Lines;
 use crate::cancel;
-use crate::file::write_atomically_with;
+use crate::file::{MappingPlace, write_atomically_with};
 use crate::signal::columns;
 use crate::threads;
 
@@ -44,13 +44,15 @@ pub enum LogError {
     },
     /// The header is empty or lacks time.
     #[error(
-        "{path}: the header has no column `time_s`; it reads `{header}`; `import {path}` shows what the columns of a foreign log may mean, and `--mapping` says it"
+        "{path}: the header has no column `time_s`; it reads `{header}`; `import {path}` shows what the columns of a foreign log may mean, and {place} says it"
     )]
     NoTime {
         /// The file.
         path: PathBuf,
         /// The header found.
         header: String,
+        /// Where a mapping is named.
+        place: MappingPlace,
     },
     /// A cell is not a number.
     #[error("{path}, line {line}, column `{column}`: `{cell}` is not a number")]
@@ -131,7 +133,8 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     let header: Vec<String> =
         reader.headers().map_err(|error| syntax(&error, path))?.iter().map(str::to_owned).collect();
     let Some(time_at) = header.iter().position(|name| name == columns::TIME) else {
-        return Err(LogError::NoTime { path: path.to_owned(), header: shortened_header(&header) });
+        let (path, header) = (path.to_owned(), shortened_header(&header));
+        return Err(LogError::NoTime { path, header, place: MappingPlace::default() });
     };
     if let Some(reason) = not_names(header.iter().map(String::as_str)) {
         return Err(LogError::Syntax { path: path.to_owned(), line: 1, reason });

@@ -5,6 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::effect::{CATALOGUE, ExpressionError};
+use crate::file::MappingPlace;
 
 use super::thresholds::THRESHOLDS;
 
@@ -37,11 +38,13 @@ pub enum ModelError {
     },
     /// What the columns of a log mean.
     #[error(
-        "{path} is a mapping, and a model is wanted here: `paper`, or what `identify -o` wrote; mappings go to `--mapping`"
+        "{path} is a mapping, and a model is wanted here: `paper`, or what `identify -o` wrote; mappings go to {place}"
     )]
     IsMapping {
         /// The file.
         path: PathBuf,
+        /// Where mappings go.
+        place: MappingPlace,
     },
     /// No model at all.
     #[error(

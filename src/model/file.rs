@@ -6,7 +6,9 @@ use std::path::Path;
 use super::error::ModelError;
 use super::{MOST_COEFFICIENTS, Model};
 use crate::effect::CATALOGUE;
-use crate::file::{SettingsKind, read_settings_text, settings_kind as kind, toml_error, write_atomically};
+use crate::file::{
+    MappingPlace, SettingsKind, read_settings_text, settings_kind as kind, toml_error, write_atomically,
+};
 
 fn value_error<T>(what: String) -> Result<T, ModelError> {
     Err(ModelError::Value { what })
@@ -44,7 +46,9 @@ impl Model {
         let in_file = |reason: String| ModelError::Syntax { path: path.to_owned(), reason };
         let model: Self = toml::from_str(text).map_err(|error| match kind(text) {
             Some(SettingsKind::Bench) => ModelError::IsBench { path: path.to_owned() },
-            Some(SettingsKind::Mapping) => ModelError::IsMapping { path: path.to_owned() },
+            Some(SettingsKind::Mapping) => {
+                ModelError::IsMapping { path: path.to_owned(), place: MappingPlace::default() }
+            }
             Some(SettingsKind::Log) => ModelError::IsLog { path: path.to_owned() },
             _ => in_file(toml_error(text, &error)),
         })?;

@@ -34,12 +34,6 @@ pub fn page(fleet: &Fleet) -> Page {
     page
 }
 
-/// Why a bench has no diagnosis, of an error as a command with options says it: a plan has keys.
-#[must_use]
-pub fn refusal(error: &str) -> String {
-    error.replace("`--mapping`", "`mapping = \"FILE\"` of the bench in the plan")
-}
-
 /// What is said of a plan with a log of another program.
 #[must_use]
 pub fn foreign_log(log: &Path) -> String {

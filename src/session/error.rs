@@ -6,6 +6,7 @@ use crate::cancel::Cancelled;
 use crate::compare::CompareError;
 use crate::control::ControlError;
 use crate::diagnose::DiagnoseError;
+use crate::file::MappingPlace;
 use crate::identify::IdentifyError;
 use crate::log::ForeignError;
 use crate::log::can_capture::CaptureError;
@@ -57,6 +58,17 @@ fn span(from: f64, to: f64) -> String {
 }
 
 impl SessionError {
+    /// The same to somebody who writes a plan, which has keys where a command has options.
+    #[must_use]
+    pub(crate) fn of_plan(mut self) -> Self {
+        if let Self::Log(LogError::NoTime { place, .. }) | Self::Model(ModelError::IsMapping { place, .. }) =
+            &mut self
+        {
+            *place = MappingPlace::Plan;
+        }
+        self
+    }
+
     /// The logs of a file that holds several, where none was chosen: number of each, and how long it is [s] where the file says
     /// that.
     #[must_use]
