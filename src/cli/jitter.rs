@@ -56,11 +56,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     // Drawn between the stages, not during them.
     let progress = ProgressLine::start();
-    let what = format!("{} s for each stage", config.seconds);
     let measured = jitter(&config, &shutdown, |done| {
-        progress.line(|| {
-            format!("measuring {} {:.0} %  {what}", progress::bar(done, progress::BAR), 100.0 * done)
-        });
+        progress
+            .line(|| report::jitter::measuring(&progress::bar(done, progress::BAR), done, config.seconds));
     })?;
     drop(progress);
     if let Some(path) = &arguments.histogram {

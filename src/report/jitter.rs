@@ -13,6 +13,12 @@ const MICROSECOND: f64 = 1e3;
 /// Percentile points of a curve for each halving of what is left.
 const TICKS: u32 = 8;
 
+/// A line about a measurement that goes on: a bar, the share that is done, and how long a stage takes [s].
+#[must_use]
+pub fn measuring(bar: &str, share: f64, stage_s: f64) -> String {
+    format!("measuring {bar} {:.0} %  {stage_s} s for each stage", 100.0 * share)
+}
+
 impl Jitter {
     /// The spans of every stage, and cyclictest's latency.
     #[must_use]

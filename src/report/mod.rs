@@ -71,7 +71,7 @@ pub mod guess;
 pub mod histogram;
 mod identification;
 pub mod import;
-mod jitter;
+pub mod jitter;
 pub mod json;
 mod markup;
 pub mod measure;

@@ -7,7 +7,7 @@ use super::imports::program;
 use super::sources::sources;
 
 /// Methods by which code would take a sentence apart.
-const PARSERS: [&str; 9] = [
+const PARSERS: [&str; 16] = [
     ".contains(\"",
     ".starts_with(\"",
     ".ends_with(\"",
@@ -17,20 +17,32 @@ const PARSERS: [&str; 9] = [
     ".find(\"",
     ".matches(\"",
     ".eq(\"",
+    ".rsplit_once(\"",
+    ".rfind(\"",
+    ".replace(\"",
+    ".replacen(\"",
+    ".trim_matches(\"",
+    ".trim_start_matches(\"",
+    ".trim_end_matches(\"",
 ];
 
-/// What the kernel writes is no sentence of ours.
-const OTHERS_TEXT: &[&str] = &[" /dev/shm tmpfs "];
+/// What the kernel writes is no sentence of ours, nor is a line of TOML.
+const OTHERS_TEXT: &[&str] = &[" /dev/shm tmpfs ", r"signal = []\n"];
 
 /// What model files of version 0.1 hold is read as those wrote it; nobody writes it any more.
 const EARLIER_TEXT: (&str, &[&str]) = ("model/measure.rs", &["rms of ", ", free run ", "over windows of "]);
 
-/// Literals of two words or more that a text is searched for.
+/// Literals of two words or more that a text is searched for, or that are put in the place of what is found.
 fn searched_for(text: &str) -> Vec<&str> {
-    let literal =
-        |(at, method): (usize, &str)| text[at + method.len()..].split('"').next().unwrap_or_default();
+    let literals = |(at, method): (usize, &str)| {
+        let behind = &text[at + method.len()..];
+        let mut parts = behind.split('"');
+        let (searched, between, other) = (parts.next(), parts.next(), parts.next());
+        let is_second = between.is_some_and(|between| between.trim() == ",");
+        [searched, other.filter(|_| is_second)].into_iter().flatten()
+    };
     let each = PARSERS.iter().flat_map(|method| text.match_indices(method));
-    each.map(literal).filter(|literal| literal.split_whitespace().count() > 1).collect()
+    each.flat_map(literals).filter(|literal| literal.split_whitespace().count() > 1).collect()
 }
 
 /// Findings, caveats and notes are codes with evidence: who wants to know what was found matches a code.
@@ -54,6 +66,9 @@ fn no_code_parses_a_sentence() {
     }
     assert!(found.is_empty(), "match a code instead: {found:#?}");
     assert_eq!(searched_for(r#"said.contains("held still") || name.starts_with("rotor ")"#), ["held still"]);
+    assert_eq!(searched_for(r#"said.trim_end_matches(", in the model")"#), [", in the model"]);
+    assert_eq!(searched_for(r#"said.replace("`--mapping`", "a key of the plan")"#), ["a key of the plan"]);
+    assert!(searched_for(r#"name.replace("esc", "motor"), "two words""#).is_empty());
 }
 
 /// Sentences of errors that say their source: who shows an error with its causes would have to look into the sentence for what
@@ -130,6 +145,9 @@ const WORDS_OF_DATA: &[(&str, &str)] = &[
     ("studies/paper/bench.rs", "the names of its runs"),
 ];
 
+/// Files of the command line that put a sentence together, and why.
+const SENTENCES_OF_CLI: &[(&str, &str)] = &[("cli/commands.rs", "the last line of `--help`, which is help")];
+
 /// Macros that print or write.
 const PRINTERS: [&str; 4] = ["print!(", "println!(", "write!(", "writeln!("];
 
@@ -187,14 +205,17 @@ pub fn is_sentence(literal: &str) -> bool {
     text.split_whitespace().filter(is_word).count() >= 4
 }
 
-/// The sentences of a file that are no errors: all that are printed, and in rooms of results all others, too.
+/// The sentences of a file that are no errors: all that are printed, in rooms of results all others, too, and in the command line
+/// those that are put together. (What stands whole in its literals is help.)
 fn said_in(name: &str, text: &str) -> Vec<String> {
     let room = name.split('/').next().unwrap_or_default();
     let has_results = ROOMS_OF_RESULTS.contains(&room);
+    let is_help = SENTENCES_OF_CLI.iter().any(|(file, _)| *file == name);
     let is_said = |(before, literal): &(String, String)| {
         let is_error = SPEAKS_OF_ERRORS.iter().any(|word| before.contains(word) || literal.starts_with(word));
         let is_printed = PRINTERS.iter().any(|printer| before.contains(printer));
-        is_sentence(literal) && !is_error && (is_printed || has_results)
+        let is_made = room == "cli" && !is_help && before.trim_end().ends_with("format!(");
+        is_sentence(literal) && !is_error && (is_printed || has_results || is_made)
     };
     literals(text).into_iter().filter(is_said).map(|(_, literal)| format!("{name}: {literal}")).collect()
 }
@@ -233,5 +254,12 @@ fn the_search_for_sentences_sees_what_is_said_and_no_errors() {
     );
     assert_eq!(said("return Err(f(\"the rotor was late again\"));"), 0);
     assert_eq!(said("#[cfg(test)]\nmod tests { const A: &str = \"the rotor was late again\"; }"), 0);
-    assert_eq!(said_in("cli/a.rs", "let help = \"write it with a comma\";").len(), 0);
+    let in_cli = |text: &str| said_in("cli/a.rs", text).len();
+    assert_eq!(in_cli("let help = \"write it with a comma\";"), 0);
+    assert_eq!(in_cli("let tip = format!(\"a file needs its option: {option}\");"), 1);
+    assert_eq!(
+        in_cli("let command = format!(\n    \"rotorbench diagnose --model {model} --log {log}\");"),
+        1
+    );
+    assert_eq!(in_cli("return Err(format!(\"a file needs its option: {option}\"));"), 0);
 }
