@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::output::{Force, writable};
 use super::usage_error::UsageError;
 use super::{CliResult, Outcome};
-use crate::log::export;
 use crate::report;
+use crate::session::{self, ExportPart};
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -58,11 +58,9 @@ struct Written<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let outputs = [
-        ("rows", arguments.output.as_ref(), export::write_log as fn(&_, &_) -> _),
-        ("frames", arguments.candump.as_ref(), export::write_candump),
-    ];
-    if outputs.iter().all(|(_, output, _)| output.is_none()) {
+    let outputs =
+        [(ExportPart::Rows, arguments.output.as_ref()), (ExportPart::Frames, arguments.candump.as_ref())];
+    if outputs.iter().all(|(_, output)| output.is_none()) {
         return Err(UsageError::NoOutput.into());
     }
     let is_frames = |path: &&PathBuf| path.extension().is_some_and(|it| it == "log" || it == "candump");
@@ -72,14 +70,17 @@ pub fn run(arguments: &Arguments) -> CliResult {
     writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording], arguments.force)?;
     let mut answer = ExportAnswer::default();
     let mut outcome = Outcome::Done;
-    for (what, output, write) in outputs {
+    for (part, output) in outputs {
         let Some(output) = output else { continue };
-        let summary = write(&arguments.recording, output)?;
+        let summary = session::export(&arguments.recording, part, output)?;
         if summary.written == 0 {
             outcome = Outcome::FoundWanting;
         }
         if arguments.json {
-            let place = if what == "rows" { &mut answer.rows } else { &mut answer.frames };
+            let place = match part {
+                ExportPart::Rows => &mut answer.rows,
+                ExportPart::Frames => &mut answer.frames,
+            };
             *place = Some(Written {
                 file: output,
                 written: summary.written,
@@ -89,7 +90,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             });
             continue;
         }
-        print!("{}", report::export::text(&summary, what, output));
+        print!("{}", report::export::text(&summary, part, output));
     }
     if arguments.json {
         println!("{}", report::json::answer(&answer)?);

@@ -16,7 +16,7 @@ use crate::file::line_and_column;
 use crate::guard::GuardError;
 use crate::rt::RealTimeError;
 use crate::runtime::ProcessError;
-use crate::session::SessionError;
+use crate::session::{ReplayError, SessionError};
 use crate::shm::ShmError;
 
 /// A setting of the bench file, as an error names it.
@@ -55,6 +55,11 @@ impl Setting {
         match error.downcast_ref::<SessionError>() {
             Some(SessionError::Bench(error)) => return Self::of(error),
             Some(SessionError::Can(error)) => return Self::of(error),
+            _ => {}
+        }
+        match error.downcast_ref::<ReplayError>() {
+            Some(ReplayError::Bench(error)) => return Self::of(error),
+            Some(ReplayError::Process(error)) => return Self::of(error),
             _ => {}
         }
         match error.downcast_ref() {

@@ -97,14 +97,6 @@ pub enum UsageError {
         /// [-]
         gain: f64,
     },
-    /// `--set` of what the bench file does not have.
-    #[error("--set {assignment}: {reason}")]
-    Set {
-        /// What was given.
-        assignment: String,
-        /// What is wrong.
-        reason: SetError,
-    },
     /// A page of several rotors.
     #[error("--report is a page of one rotor, and the logs have {count}; name it with --rotors {first}")]
     ReportOfRotors {
@@ -160,20 +152,6 @@ pub enum UsageError {
         path: PathBuf,
         /// Why not.
         error: Box<SessionError>,
-    },
-    /// A recording whose experiment does not parse.
-    #[error("{}: experiment.toml: {}", recording.display(), error.message())]
-    RecordedExperiment {
-        /// The recording.
-        recording: PathBuf,
-        /// Where and why.
-        error: toml::de::Error,
-    },
-    /// A recording without a step.
-    #[error("{}: it holds no step of a controller or guard to replay", recording.display())]
-    NothingToReplay {
-        /// The recording.
-        recording: PathBuf,
     },
     /// A folder without answers of a fleet.
     #[error("{}: no answer of `fleet run` is in this folder", folder.display())]
@@ -245,30 +223,4 @@ pub enum Idle {
     /// Eigenvalues for a gain that is given.
     #[error("the feedback gain is given, not placed by eigenvalues")]
     GainIsGiven,
-}
-
-/// What is wrong with an assignment to a key of the bench file.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum SetError {
-    /// No equals sign.
-    #[error("write KEY=VALUE")]
-    Form,
-    /// No value of TOML.
-    #[error("the value is not one of TOML (text needs quotes)")]
-    Value,
-    /// A key that is not there.
-    #[error("the bench file has no `{key}` there")]
-    NoKey {
-        /// The key.
-        key: String,
-    },
-    /// A key below one that is no table.
-    #[error("`{key}` is not a table")]
-    NoTable {
-        /// The key.
-        key: String,
-    },
-    /// No key.
-    #[error("the key is empty")]
-    Empty,
 }

@@ -4,12 +4,17 @@ use std::path::Path;
 
 use super::files;
 use crate::log::export::ExportSummary;
+use crate::session::ExportPart;
 
-/// How much was written of `what`, "rows" or "frames", and what is missing of it.
+/// How much was written of a part, and what is missing of it.
 #[must_use]
-pub fn text(summary: &ExportSummary, what: &str, output: &Path) -> String {
+pub fn text(summary: &ExportSummary, part: ExportPart, output: &Path) -> String {
+    let what = match part {
+        ExportPart::Rows => "rows",
+        ExportPart::Frames => "frames",
+    };
     let mut lines = vec![format!("{} {what} → {}", summary.written, output.display())];
-    if summary.written == 0 && what == "frames" {
+    if summary.written == 0 && part == ExportPart::Frames {
         lines.push("warning: the recording holds no raw frames: it was not made on a bus".to_owned());
     }
     if summary.lost > 0 {

@@ -1,23 +1,22 @@
 //! What `replay` says.
 
+use super::files;
 use crate::runtime::replay::ReplayResult;
+use crate::session::Replayed;
 
 /// The verdicts on controller and guard, what of the guard's events came again, how many records were lost, and where the
 /// recording is cut off.
 #[must_use]
-pub fn text(
-    [controller, guard]: [&ReplayResult; 2],
-    (equal_events, lost): (u64, u64),
-    cut_off: Option<&str>,
-) -> String {
+pub fn text(replayed: &Replayed) -> String {
+    let Replayed { controller, guard, equal_events, lost, end } = replayed;
     let mut text = verdict(controller, "controller", "step") + &verdict(guard, "guard", "period");
     if guard.starts > 0 {
         text += &format!("guard: {equal_events} events equal\n");
     }
-    if lost > 0 {
+    if *lost > 0 {
         text += &format!("the recorder lost {lost} records\n");
     }
-    if let Some(cut_off) = cut_off {
+    if let Some(cut_off) = files::cut_off(end) {
         text += &format!("the recording is {cut_off}\n");
     }
     text
@@ -54,20 +53,26 @@ fn verdict(verdict: &ReplayResult, who: &str, step: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::End;
+
+    fn text(results: [&ReplayResult; 2], equal_events: u64) -> String {
+        let [controller, guard] = results.map(Clone::clone);
+        super::text(&Replayed { controller, guard, equal_events, lost: 0, end: End::Whole })
+    }
 
     #[test]
     fn a_recording_begun_late_is_not_called_equal() {
         let late = ReplayResult { unknown: 304, ..ReplayResult::default() };
         let whole = ReplayResult { equal: 500, starts: 1, ..ReplayResult::default() };
-        let said = text([&late, &late], (0, 0), None);
+        let said = text([&late, &late], 0);
         assert!(
             said.starts_with("controller: not replayed: none of its 304 steps follows a start"),
             "{said}"
         );
         assert!(!said.contains("equal"), "{said}");
-        assert!(text([&late, &whole], (3, 0), None).ends_with("guard: 3 events equal\n"));
+        assert!(text([&late, &whole], 3).ends_with("guard: 3 events equal\n"));
         // One that has stopped and begun again is replayed from there.
         let again = ReplayResult { unknown: 4, ..whole };
-        assert!(text([&again, &again], (0, 0), None).contains("controller: 4 steps cannot be replayed"));
+        assert!(text([&again, &again], 0).contains("controller: 4 steps cannot be replayed"));
     }
 }

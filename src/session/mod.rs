@@ -1,5 +1,5 @@
-//! What a person does with logs and models: open, compare, identify, diagnose, extend, step back, save; and what a bench file
-//! and a machine are good for.
+//! What a person does with logs and models: open, compare, identify, diagnose, extend, step back, save; export and
+//! replay recordings; and what a bench file and a machine are good for.
 //!
 //! Each function takes what it works on and a [`Job`], which hears of progress and may be cancelled, and returns a result,
 //! never text: `report` makes text of it, and the command line and every other surface are shells around both.
@@ -20,6 +20,7 @@ mod dronecan_parameters;
 mod dronecan_wire;
 mod emulated_run;
 mod error;
+mod export;
 mod extend;
 mod guess;
 mod identify;
@@ -28,6 +29,8 @@ mod machine;
 mod modelled;
 mod models;
 mod open;
+mod replay;
+mod replay_error;
 mod rotors;
 pub mod thresholds;
 
@@ -42,6 +45,7 @@ pub use dronecan_nodes::dronecan_nodes;
 pub use dronecan_parameters::{ParameterTask, dronecan_parameters};
 pub use emulated_run::run_emulated;
 pub use error::{ChoiceError, SessionError};
+pub use export::{ExportPart, export};
 pub use extend::{Extended, extend, refit};
 pub use guess::{GuessedLog, guess_columns};
 pub use identify::identify;
@@ -51,4 +55,6 @@ pub use models::{name_after, open_model, save_model, step_back};
 pub use open::{
     OpenConfig, Opened, between, open, open_all, open_mapped, require_rotors, rotors, save_log, summarize,
 };
+pub use replay::{ReplayTask, Replayed, replay};
+pub use replay_error::{ReplayError, SetError};
 pub use rotors::{diagnose_each, many_rotors};
