@@ -6,11 +6,8 @@ use super::output::Force;
 use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
-use crate::compare::CompareConfig;
-use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
-use crate::fleet::{self, AnswerAndPage, Diagnosed, FleetError, Plan, Shard, ShardEvent, Writer};
-use crate::report::next_steps::Typed;
+use crate::fleet::{self, Plan, Shard, ShardEvent, Writer};
 use crate::report::{self, json};
 use crate::session::{self, Job};
 
@@ -111,41 +108,17 @@ fn foreign_log<'a>(plan: &'a Plan, job: &Job) -> Option<&'a Path> {
 fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
-    let refusal = |error: &FleetError| report::findings::explained(error);
+    let writer = Writer {
+        story: &report::fleet::story,
+        has_pages: arguments.pages,
+        refusal: &|error| report::findings::explained(error),
+    };
     let hear = |event: ShardEvent| eprint!("{}", report::fleet::event(event));
     let failed = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
-        let story = |found: &Diagnosed| story(found, arguments.pages, &job);
-        let writer = Writer { story: &story, refusal: &refusal };
         Ok(fleet::run(&plan, shard, &arguments.output, &writer, (&job, &hear))?)
     })?;
     Ok(if failed == 0 { Outcome::Done } else { Outcome::FoundWanting })
-}
-
-/// The answer of a bench as `diagnose --json` has it, and its page.
-fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<AnswerAndPage, FleetError> {
-    let answer = json::diagnosis(found.diagnosis)?;
-    if !with_page {
-        return Ok((answer, None));
-    }
-    let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
-    let option = |name: &str, value: Option<String>| value.map(|value| format!(" --{name} {value}"));
-    let typed = Typed {
-        logs: option("mapping", found.bench.mapping.clone()).unwrap_or_default(),
-        windows: option("horizon-s", found.bench.horizon_s.map(|it| it.to_string())).unwrap_or_default(),
-    };
-    let next = report::next_steps::next_steps(
-        found.diagnosis,
-        &found.bench.model.display().to_string(),
-        (&named(&found.bench.log), &named(&found.bench.validate)),
-        &typed,
-    );
-    let shown = if found.validate.is_empty() { found.train } else { found.validate };
-    let horizon_s = found.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
-    let windows = CompareConfig { horizon_s, ..CompareConfig::default() };
-    let compared = session::compare_extension(found.model, &found.diagnosis.model, shown, &windows, job)?;
-    let page = report::diagnosis::page(found.diagnosis, &compared, shown, &next);
-    Ok((answer, Some(page.emit())))
 }
 
 fn merge(arguments: &MergeArguments) -> CliResult {

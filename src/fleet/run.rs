@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::{BenchAnswer, FleetBench, FleetError, Plan, inputs};
 use crate::cancel::Cancelled;
+use crate::compare::{CompareConfig, Comparison};
 use crate::diagnose::{DiagnoseConfig, Diagnosis};
 use crate::file::write_atomically;
 use crate::model::Model;
@@ -78,6 +79,16 @@ pub struct Diagnosed<'a> {
     pub validate: &'a [ScreenedLog],
     /// What was found.
     pub diagnosis: &'a Diagnosis,
+    /// The model as it is beside the extended one, on the logs of [`Self::shown`]; `None` where no page is wanted.
+    pub compared: Option<Vec<Vec<Comparison>>>,
+}
+
+impl Diagnosed<'_> {
+    /// The logs that a page shows: those held out, where there are any.
+    #[must_use]
+    pub fn shown(&self) -> &[ScreenedLog] {
+        if self.validate.is_empty() { self.train } else { self.validate }
+    }
 }
 
 /// The answer of a bench as JSON, and its page where one is wanted.
@@ -87,6 +98,8 @@ pub type AnswerAndPage = (Value, Option<String>);
 pub struct Writer<'a> {
     /// Answer and page of a bench.
     pub story: &'a dyn Fn(&Diagnosed) -> Result<AnswerAndPage, FleetError>,
+    /// Whether a page is written beside each answer.
+    pub has_pages: bool,
     /// The sentence of an error.
     pub refusal: &'a dyn Fn(&FleetError) -> String,
 }
@@ -191,8 +204,20 @@ impl Work<'_> {
         let horizon = bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
         let config = DiagnoseConfig { horizon, ..DiagnoseConfig::default() };
         let diagnosis = session::diagnose(&model, &train, &validate, &config, self.job)?;
-        let diagnosed =
-            Diagnosed { bench, model: &model, train: &train, validate: &validate, diagnosis: &diagnosis };
+        let mut diagnosed = Diagnosed {
+            bench,
+            model: &model,
+            train: &train,
+            validate: &validate,
+            diagnosis: &diagnosis,
+            compared: None,
+        };
+        if self.writer.has_pages {
+            let windows = CompareConfig { horizon_s: horizon, ..CompareConfig::default() };
+            let shown = diagnosed.shown();
+            let compared = session::compare_extension(&model, &diagnosis.model, shown, &windows, self.job)?;
+            diagnosed.compared = Some(compared);
+        }
         (self.writer.story)(&diagnosed)
     }
 }

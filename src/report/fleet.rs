@@ -1,11 +1,12 @@
 //! Many benches as a screen and as a page.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::findings::sentence;
+use super::next_steps::{NextStep, Typed, next_steps};
 use super::table::number;
-use super::{Mark, Page, TextTable};
-use crate::fleet::{BenchRow, Fleet, ParameterSpread, ShardEvent};
+use super::{Mark, Page, TextTable, diagnosis, json};
+use crate::fleet::{AnswerAndPage, BenchRow, Diagnosed, Fleet, FleetError, ParameterSpread, ShardEvent};
 
 /// One screen.
 #[must_use]
@@ -32,6 +33,32 @@ pub fn page(fleet: &Fleet) -> Page {
     page.heading("Parameters over the benches").table(parameters(fleet));
     page.heading("Bench by bench").table(benches(fleet, true));
     page
+}
+
+/// The answer of a bench as `diagnose --json` has it, and its page where one is wanted.
+///
+/// # Errors
+/// [`FleetError::Json`].
+pub fn story(found: &Diagnosed) -> Result<AnswerAndPage, FleetError> {
+    let answer = json::diagnosis(found.diagnosis)?;
+    let page = found
+        .compared
+        .as_ref()
+        .map(|compared| diagnosis::page(found.diagnosis, compared, found.shown(), &next(found)).emit());
+    Ok((answer, page))
+}
+
+/// What to do next with a bench, by commands that have the options of its keys.
+fn next(found: &Diagnosed) -> Vec<NextStep> {
+    let bench = found.bench;
+    let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
+    let option = |name: &str, value: Option<String>| value.map(|value| format!(" --{name} {value}"));
+    let typed = Typed {
+        logs: option("mapping", bench.mapping.clone()).unwrap_or_default(),
+        windows: option("horizon-s", bench.horizon_s.map(|it| it.to_string())).unwrap_or_default(),
+    };
+    let logs = (&named(&bench.log)[..], &named(&bench.validate)[..]);
+    next_steps(found.diagnosis, &bench.model.display().to_string(), logs, &typed)
 }
 
 /// What is said of a plan with a log of another program.
