@@ -8,7 +8,7 @@ use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
 use crate::cancel::Cancel;
-use crate::compare::CompareConfig;
+use crate::compare::{self, CompareConfig};
 use crate::emulate::Impulse;
 use crate::report::comparison;
 use crate::report::json;
@@ -87,8 +87,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             comparison::text(&found, &logs, arguments.notes.detail(), &ask_what_is_missing(arguments))
         );
     }
-    let adequate = found.iter().all(|models| models.iter().any(|comparison| comparison.is_adequate()));
-    Ok(if adequate { Outcome::Done } else { Outcome::FoundWanting })
+    Ok(if compare::is_adequate(&found) { Outcome::Done } else { Outcome::FoundWanting })
 }
 
 /// The command that goes on from here, of the last model.

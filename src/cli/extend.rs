@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (extended, page) = match cancellable(|cancel| work(&model, arguments, cancel))? {
         Work::Done(extended, page) => (extended, page),
         Work::NothingToChange { error, is_at_floor, findings } => {
-            return nothing_to_change(&model, (&error, is_at_floor), findings, arguments);
+            return nothing_to_change(&model, (&error, is_at_floor), &findings, arguments);
         }
     };
     let Extended { extension, findings, has_fallen } = &*extended;
@@ -135,17 +135,16 @@ enum Work {
 fn nothing_to_change(
     model: &Model,
     (error, is_at_floor): (&ErrorSummary, bool),
-    mut findings: Vec<Finding>,
+    findings: &[Finding],
     arguments: &Arguments,
 ) -> CliResult {
-    findings.insert(0, Finding::new("nothing_to_change", ""));
-    let warnings = sentences(&findings);
     if arguments.answer.json {
-        let answer = ExtendAnswer { added: &[], error, model, warnings: &warnings, findings: &findings };
+        let warnings = sentences(findings);
+        let answer = ExtendAnswer { added: &[], error, model, warnings: &warnings, findings };
         println!("{}", json::answer(&answer)?);
-    } else {
-        print!("{}", report::story::nothing_to_change(&findings[0], error));
-        print!("{}", notes::lines(&notes::of_all(&findings[1..]), "Note: ", arguments.notes.detail()));
+    } else if let Some((nothing, others)) = findings.split_first() {
+        print!("{}", report::story::nothing_to_change(nothing, error));
+        print!("{}", notes::lines(&notes::of_all(others), "Note: ", arguments.notes.detail()));
     }
     Ok(if is_at_floor { Outcome::Done } else { Outcome::FoundWanting })
 }

@@ -122,6 +122,12 @@ impl Comparison {
     }
 }
 
+/// Whether some model of each log is at its noise floor; `found` has the models of a log together.
+#[must_use]
+pub fn is_adequate(found: &[Vec<Comparison>]) -> bool {
+    found.iter().all(|models| models.iter().any(Comparison::is_adequate))
+}
+
 /// Compares every model with one log. The noise of each sensor is estimated once, from what no model and no
 /// smooth curve explains, so that the models are compared with the same floor.
 ///

@@ -35,7 +35,8 @@ pub fn extend(
     job: &Job,
 ) -> Result<Extended, SessionError> {
     let logs = Modelled::of(train, validate);
-    let extension = job.run(|| diagnose::extend(model, ids, &logs.train, &logs.validate, config))?;
+    let extended = job.run(|| diagnose::extend(model, ids, &logs.train, &logs.validate, config));
+    let extension = extended.map_err(|error| with_findings_of_logs(error, &logs))?;
     let findings = findings(&extension, &logs);
     // Where nothing but noise is left, refitted numbers may have got there, too.
     let beaten = if extension.is_at_floor { extension.error.base } else { extension.error.refitted };
@@ -68,10 +69,11 @@ pub fn refit(
     Ok(Extended { has_fallen: falls && is_at_floor, findings, extension })
 }
 
-/// Where no number has to change, the logs may be why.
+/// Where no number has to change, that is what was found; and the logs may be why.
 fn with_findings_of_logs(mut error: SessionError, logs: &Modelled) -> SessionError {
     if let SessionError::Diagnose(DiagnoseError::NothingChanged { findings, .. }) = &mut error {
-        findings.splice(0..0, of_logs(logs));
+        let nothing = Finding::new("nothing_to_change", "");
+        findings.splice(0..0, std::iter::once(nothing).chain(of_logs(logs)));
     }
     error
 }
