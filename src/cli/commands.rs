@@ -2,6 +2,8 @@
 
 use clap::Command;
 
+use crate::effect::{self, Site, Term};
+
 /// Commands that belong together, in the order in which they are met.
 const GROUPS: [(&str, &[&str]); 3] = [
     (
@@ -43,21 +45,21 @@ const GROUPS: [(&str, &[&str]); 3] = [
     ("The machine", &["doctor", "jitter", "completions", "man", "schema"]),
 ];
 
-/// An example of each command, by its path.
+/// An example of each command, by its path; which effect stands for `{effect}`, the catalogue says.
 const EXAMPLES: &[(&str, &str)] = &[
-    ("demo", "rotorbench demo --hide gravity_pendulum"),
+    ("demo", "rotorbench demo --hide {effect}"),
     ("workbench", "rotorbench workbench train.csv held_out.csv --model model.toml"),
     ("import", "rotorbench import stand.csv --mapping rcbenchmark -o log.csv"),
     ("identify", "rotorbench identify --log ramp.csv prbs.csv -o model.toml"),
     ("compare", "rotorbench compare --model paper --log held_out.csv"),
     ("diagnose", "rotorbench diagnose --model paper --log train.csv --validate held_out.csv"),
     ("discover", "rotorbench discover --model paper --log train.csv --validate held_out.csv -o law.toml"),
-    ("extend", "rotorbench extend --effect gravity_pendulum --log train.csv -o better.toml"),
+    ("extend", "rotorbench extend --effect {effect} --log train.csv -o better.toml"),
     ("fleet", "rotorbench fleet run plan.toml -o answers"),
     ("fleet plan", "rotorbench fleet plan 'logs/*/' -o plan.toml"),
     ("fleet run", "rotorbench fleet run plan.toml --shard 3/20 -o answers"),
     ("fleet merge", "rotorbench fleet merge answers --plan plan.toml --report answers/fleet.html"),
-    ("effects", "rotorbench effects gravity_pendulum"),
+    ("effects", "rotorbench effects {effect}"),
     ("design", "rotorbench design --model model.toml --delay-ms 5"),
     ("export", "rotorbench export run.mcap -o run.csv --candump run.log"),
     ("replay", "rotorbench replay run.mcap --set controller.emc.alpha=1.1"),
@@ -67,7 +69,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("dronecan list", "rotorbench dronecan list --interface can0"),
     ("dronecan allocate", "rotorbench dronecan allocate --interface can0 --table nodes.toml"),
     ("dronecan param", "rotorbench dronecan param 20 --interface can0"),
-    ("emulate", "rotorbench emulate --shm --hide gravity_pendulum:moment=0.4"),
+    ("emulate", "rotorbench emulate --shm --hide {effect}:{parameter}=0.4"),
     ("run", "rotorbench run --lockstep --seconds 20 --record run.mcap"),
     ("bridge", "rotorbench bridge --config bench.toml"),
     ("control", "rotorbench control --config bench.toml"),
@@ -115,11 +117,19 @@ fn place(command: Command, path: &str, with: &dyn Fn(Command, &str) -> Command) 
         command.mut_subcommand(name, |it| {
             let it = place(it, &path, with);
             match EXAMPLES.iter().find(|(of, _)| *of == path) {
-                Some((_, example)) => with(it, example),
+                Some((_, example)) => with(it, &filled(example)),
                 None => it,
             }
         })
     })
+}
+
+/// An example with the effect that everybody has an idea of: a body that hangs like a pendulum.
+fn filled(example: &str) -> String {
+    let card = effect::acting_as(Site::Torque, Term::Pendulum);
+    let (id, parameter) =
+        card.map_or(("", ""), |card| (card.id, card.parameters.first().map_or("", |it| it.name)));
+    example.replace("{effect}", id).replace("{parameter}", parameter)
 }
 
 /// Each group with one line for each of its commands.
@@ -165,11 +175,12 @@ mod tests {
         let mut all = Vec::new();
         paths(&CommandLine::command(), "", &mut all);
         for path in &all {
-            let examples: Vec<&str> =
-                EXAMPLES.iter().filter(|(of, _)| of == path).map(|(_, text)| *text).collect();
-            let [example] = examples[..] else { panic!("`{path}` has {} examples", examples.len()) };
+            let examples: Vec<String> =
+                EXAMPLES.iter().filter(|(of, _)| of == path).map(|(_, text)| filled(text)).collect();
+            let [example] = &examples[..] else { panic!("`{path}` has {} examples", examples.len()) };
             let wanted = format!("rotorbench {path}");
             assert!(example.starts_with(&wanted), "`{example}` is no example of `{path}`");
+            assert!(!example.contains('{'), "{example}");
             // What a shell would take for itself.
             let words = example.split(" > ").next().unwrap_or_default().split_whitespace();
             let parsed = with_negative_numbers(CommandLine::command()).try_get_matches_from(words);
