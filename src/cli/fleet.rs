@@ -9,7 +9,7 @@ use super::{CliResult, Outcome};
 use crate::file::write_atomically;
 use crate::fleet::{self, Plan, Shard, ShardEvent, Writer};
 use crate::report::{self, json};
-use crate::session::{self, Job};
+use crate::session::Job;
 
 /// Arguments of `fleet`.
 #[derive(Debug, clap::Args)]
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn plan(arguments: &PlanArguments) -> CliResult {
     super::output::writable(&arguments.output, [], arguments.force)?;
     let plan = Plan::of_folders(&arguments.folders)?;
-    if let Some(log) = cancellable(|cancel| Ok(foreign_log(&plan, &Job::unwatched(cancel))))? {
+    if let Some(log) = cancellable(|cancel| Ok(plan.foreign_log(&Job::unwatched(cancel))))? {
         eprintln!("{}", report::fleet::foreign_log(log));
     }
     let text = toml::to_string(&plan)?;
@@ -95,14 +95,6 @@ fn plan(arguments: &PlanArguments) -> CliResult {
         None => print!("{text}"),
     }
     Ok(Outcome::Done)
-}
-
-/// The first log whose columns have no meaning without a mapping; of each bench one is looked at.
-fn foreign_log<'a>(plan: &'a Plan, job: &Job) -> Option<&'a Path> {
-    let logs =
-        plan.benches.iter().filter(|bench| bench.mapping.is_none()).filter_map(|bench| bench.log.first());
-    // What cannot be read is said by the run.
-    logs.map(PathBuf::as_path).find(|log| matches!(session::guess_columns(log, job), Ok(Some(_))))
 }
 
 fn shard(arguments: &RunArguments) -> CliResult {

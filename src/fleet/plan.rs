@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::FleetError;
 use crate::file::{read_settings_text, toml_error};
 use crate::log::formats::ENDINGS;
+use crate::session::{self, Job};
 
 /// Benches to diagnose.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -86,6 +87,15 @@ impl Plan {
         plan.benches.sort_by(|a, b| a.name.cmp(&b.name));
         plan.check().map_err(|reason| FleetError::Plan { path: patterns.join(" ").into(), reason })?;
         Ok(plan)
+    }
+
+    /// The first log whose columns have no meaning without a mapping; of each bench one is looked at.
+    #[must_use]
+    pub fn foreign_log(&self, job: &Job) -> Option<&Path> {
+        let unmapped = self.benches.iter().filter(|bench| bench.mapping.is_none());
+        let mut logs = unmapped.filter_map(|bench| bench.log.first()).map(PathBuf::as_path);
+        // What cannot be read is said by the run.
+        logs.find(|log| matches!(session::guess_columns(log, job), Ok(Some(_))))
     }
 
     /// What makes it no plan.
