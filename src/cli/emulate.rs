@@ -6,7 +6,7 @@ use super::operate::BenchArguments;
 use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
-use crate::can::CanError;
+use crate::can::{CanError, ProtocolName};
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Arm as soon as the checks pass, for scripted runs
     #[arg(long, requires = "shm")]
     arm: bool,
+    /// What the bus speaks, over what the bench file says
+    #[arg(long, value_name = "PROTOCOL", requires = "can")]
+    protocol: Option<Protocol>,
     /// On DroneCAN: the emulated nodes have no node ids, and ask an allocator for them
     #[arg(long, conflicts_with = "shm")]
     dynamic_ids: bool,
@@ -56,6 +59,24 @@ struct Door {
     /// As ESCs and IMU on this CAN interface, which a bridge uses
     #[arg(long, value_name = "IFACE")]
     can: Option<String>,
+}
+
+/// What a bus speaks.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Protocol {
+    /// Frames that DBC files describe
+    Dbc,
+    /// DroneCAN, version 0
+    Dronecan,
+}
+
+impl From<Protocol> for ProtocolName {
+    fn from(protocol: Protocol) -> Self {
+        match protocol {
+            Protocol::Dbc => Self::Dbc,
+            Protocol::Dronecan => Self::Dronecan,
+        }
+    }
 }
 
 /// What the emulated bench is made of, over what the bench file says.
@@ -152,6 +173,9 @@ pub(super) fn impulse(text: &str) -> Result<Impulse, UsageError> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let mut config = arguments.bench.load()?;
+    if let Some(protocol) = arguments.protocol {
+        config.bus.protocol = protocol.into();
+    }
     arguments.plant.apply(&mut config)?;
     let shutdown = Shutdown::listen()?;
     if let Some(interface) = &arguments.door.can {
