@@ -162,6 +162,10 @@ crate::thresholds! {
     another_thrust_unit: f64 = 6.0, "-", "judgement";
     /// Factor within which a thrust is in a unit near 1 N, where the rates are those of the template within as much.
     near_unit: f64 = 1.15, "-", "judgement";
+    /// Thrust coefficient T / (ρ n² D⁴) that no open propeller goes beyond: what its thrust says of its diameter.
+    greatest_thrust_coefficient: f64 = 0.2, "-", "propellers of two to four blades: 0.08 to 0.17";
+    /// [m/s] no propeller's tips turn faster: thrusts that would ask for it are in another unit.
+    fastest_tip: f64 = 400.0, "m/s", "a thrust stand's racing propeller 195 and in gf 618, electric ducted fans up to 330";
     /// Command from which on every rotor turns: the dead zones of speed controllers end below it.
     dropout_turns: f64 = 0.15, "-", "judgement";
     /// [s] behind which a rotor commanded to turn has started.

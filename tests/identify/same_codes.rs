@@ -162,6 +162,10 @@ fn what_nothing_can_be_fitted_to_is_refused_by_all_that_fit() {
     expect(changed(&log, "command", |_, command| 1000.0 + 1000.0 * command), "command_out_of_range", 3);
     expect(changed(&log, "command", |_, command| 1.0 - command), "rate_falls_with_command", 3);
     expect(changed(&log, "battery", |_, volts| 1000.0 * volts), "battery_in_other_unit", 3);
+    expect(changed(&log, "battery", |_, volts| 10.0 * volts), "battery_in_other_unit", 3);
+    // Twice the model's battery, in tenths of a volt.
+    expect(changed(&log, "battery", |_, volts| 20.0 * volts), "battery_in_other_unit", 3);
+    expect(changed(&log, "thrust", |_, thrust| 101.97 * thrust), "thrust_unlike_template", 3);
     expect(changed(&log, "time", |_, time| 1000.0 * time), "samples_too_far_apart", 3);
     // No comparison reckons with it either.
     expect(
@@ -177,7 +181,8 @@ fn what_cannot_be_of_the_models_bench_is_refused_by_who_searches_with_it() {
     let log = right();
     expect(changed(&log, "propeller_rate", |_, rate| RPM * rate), "rate_in_other_unit", 2);
     expect(changed(&log, "propeller_rate", |_, rate| rate / TAU), "rate_in_other_unit", 2);
-    expect(changed(&log, "battery", |_, volts| 10.0 * volts), "battery_in_other_unit", 2);
+    // A small propeller pushes as hard in N as the model's in kgf.
+    expect(changed(&log, "thrust", |_, thrust| 0.10197 * thrust), "thrust_unlike_template", 2);
     expect(changed(&log, "body_rate", |_, rate| DEGREES * rate), "body_rate_in_degrees", 2);
     expect(changed(&log, "body_angle", |_, angle| DEGREES * angle), "body_angle_in_degrees", 2);
 }
@@ -186,7 +191,7 @@ fn what_cannot_be_of_the_models_bench_is_refused_by_who_searches_with_it() {
 fn what_is_in_doubt_is_said_by_all() {
     let log = right();
     expect(changed(&log, "propeller_rate", |_, rate| 5.7 * rate), "rate_unlike_template", 0);
-    expect(changed(&log, "thrust", |_, thrust| 101.97 * thrust), "thrust_unlike_template", 0);
+    expect(changed(&log, "thrust", |_, thrust| 20.0 * thrust), "thrust_unlike_template", 0);
     expect(changed(&log, "battery", |_, volts| 1.3 * volts), "battery_of_other_bench", 0);
     let fuller = [ScreenedLog::from(changed(&log, "battery", |_, volts| 1.3 * volts))];
     let cancel = Cancel::default();

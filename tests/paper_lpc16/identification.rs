@@ -1,9 +1,9 @@
 //! Section III equation by equation.
 
-use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
+use rotorbench::identify::{Identification, IdentifiedActuator, IdentifyError, IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::report::findings::sentence;
-use rotorbench::screening::{Finding, screened};
+use rotorbench::screening::{Finding, ScreeningError, screened};
 
 use super::close;
 use super::logs::{
@@ -131,13 +131,14 @@ fn eq_10_the_pole_from_z() {
 
 #[test]
 fn eq_13_the_thrust_curve_and_its_tangent() {
-    let with_thrust = |thrust: &dyn Fn(f64) -> f64| {
+    let log_with = |thrust: &dyn Fn(f64) -> f64| {
         let mut log = moving(exciting, 3000);
         let rates = log.column("propeller_rate_1_rad_s").expect("put in above");
         let thrusts = rates.iter().map(|rate| thrust(*rate)).collect();
         log.insert("thrust_1_n", thrusts).expect("as long as time");
-        found(&[log], Some(2))
+        log
     };
+    let with_thrust = |thrust: &dyn Fn(f64) -> f64| found(&[log_with(thrust)], Some(2));
     let quadratic = with_thrust(&|rate| THRUST * rate * rate);
     let thrust = quadratic.thrust.expect("thrust was measured");
     close(thrust.coefficient.value, THRUST, 1e-15);
@@ -154,14 +155,21 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
     let turned = with_thrust(&|rate| -THRUST * rate * rate);
     assert!(finding(&turned, "thrust_falls_with_rate").is_some());
     for (thrust, unit) in [
-        ((&|rate| 101.97 * THRUST * rate * rate) as Law, "gf"),
-        (&|rate| 0.102 * THRUST * rate * rate, "kgf"),
+        ((&|rate| 0.102 * THRUST * rate * rate) as Law, "kgf"),
         (&|rate| 0.2248 * THRUST * rate * rate, "lbf"),
         (&|rate| 3.597 * THRUST * rate * rate, "ozf"),
     ] {
         let found = with_thrust(thrust);
         let asked = finding(&found, "thrust_unlike_template").map(|it| it.text("unit"));
         assert_eq!(asked, Some(unit), "{:?}", found.findings);
+    }
+    // No propeller pushes so hard at these rates: nothing is fitted to it.
+    let grams = screened(&[log_with(&|rate| 101.97 * THRUST * rate * rate)]);
+    match identify(&grams, &[], &IdentifySettings::default()) {
+        Err(IdentifyError::Screening(ScreeningError::Column(asked))) => {
+            assert_eq!((asked.code, asked.text("unit")), ("thrust_unlike_template", "gf"));
+        }
+        other => panic!("{other:?}"),
     }
     // Another propeller's.
     assert!(!speaks_of_thrust(&with_thrust(&|rate| 0.4 * THRUST * rate * rate).findings));

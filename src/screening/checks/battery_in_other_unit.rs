@@ -9,7 +9,8 @@ use crate::screening::thresholds::THRESHOLDS;
 /// Parts of a volt that a voltage may have been written in.
 const VOLTS: [(f64, &str); 3] = [(1e3, "mV"), (1e2, "0.01 V"), (1e1, "0.1 V")];
 
-/// A voltage that is the model's battery in another unit. One that no battery has stops all, as it does without a model.
+/// A voltage that is the model's battery in another unit. One that no battery of such a bench has stops all: k_V would be fitted to
+/// it. Whoever has such a battery says so by the full voltage of the template.
 pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
     let voltage = rotor.voltage.as_deref()?;
     let (lowest, highest) = bounds(voltage);
@@ -17,10 +18,14 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
     let full = model.actuator.full_voltage;
     let [least, most] = THRESHOLDS.battery_in_use;
     let is_like = |unit: &&(f64, &str)| (least..most).contains(&(middle / full / unit.0));
-    let unit = VOLTS.iter().find(is_like).map(|(_, unit)| *unit);
+    let is_impossible = middle > THRESHOLDS.high_voltage;
+    // Of a battery that is not the model's: the part of a volt in which it would be one at all.
+    let is_battery = |unit: &&(f64, &str)| is_impossible && highest / unit.0 < THRESHOLDS.high_voltage;
+    let of_model = VOLTS.iter().find(is_like);
+    let unit = of_model.or_else(|| VOLTS.iter().rev().find(is_battery)).map(|(_, unit)| *unit);
     let is_other = middle > THRESHOLDS.other_battery_refused * full && model.actuator.voltage_gain != 0.0;
     let finding = rotor.finding("battery_in_other_unit").with("unit", unit.unwrap_or_default());
     let finding = finding.with("lowest_v", lowest).with("highest_v", highest).with("full_voltage_v", full);
-    let stops = if middle > THRESHOLDS.impossible_voltage { Stops::Fits } else { Stops::Searches };
-    (unit.is_some() || is_other).then_some(Suspicion { finding, stops })
+    let stops = if is_impossible { Stops::Fits } else { Stops::Searches };
+    (of_model.is_some() || is_other).then_some(Suspicion { finding, stops })
 }

@@ -19,18 +19,19 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         ),
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
-             is another battery, make its model first (`rotorbench identify`)",
+             is another battery, make its model first (`rotorbench identify --full-voltage-v {:.1}`)",
             n("lowest_v"),
             n("highest_v"),
             n("full_voltage_v"),
             match unit {
-                "mV" => "import the column in millivolts: unit `mV`",
-                "0.01 V" => "import the column in hundredths of a volt: scale 0.01",
+                "mV" => "import `battery_voltage_v` in millivolts: unit `mV`",
+                "0.01 V" => "import `battery_voltage_v` in hundredths of a volt: scale 0.01",
                 "0.1 V" => {
-                    "import the column in tenths of a volt: scale 0.1 (a charge in percent is no voltage: leave that column out)"
+                    "import `battery_voltage_v` in tenths of a volt: scale 0.1 (a charge in percent is no voltage: leave that column out)"
                 }
                 _ => "a charge in percent is no voltage (leave that column out)",
-            }
+            },
+            n("highest_v")
         ),
         "battery_of_other_bench" => format!(
             "the battery had {:.1} V, and the model's has {:.1} V when full: is it the model of this bench, and the column a \

@@ -82,7 +82,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             finding.count("readings")
         ),
         "rate_unlike_template" => unlike_template(finding, "rates", "rad/s"),
-        "thrust_unlike_template" => unlike_template(finding, "thrusts", "N"),
+        "thrust_unlike_template" => unlike_template(finding, "thrusts", "N") + &other_propeller(finding),
         "standstill_left_out" => format!(
             "{rows} samples at commands below {} or within {} s after are left out: a rotor that stands or starts does not follow \
              the model",
@@ -186,6 +186,14 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         _ => return None,
     };
     Some(said)
+}
+
+/// What to do where the thrusts are right, and another propeller's.
+fn other_propeller(finding: &Finding) -> String {
+    let column = finding.text("column");
+    format!(
+        "; if `{column}` is in N, give a model with this propeller's c (`--template` of `identify`, else `--model`)"
+    )
 }
 
 /// Numbers that are a multiple of what the rotor of the model, or of the template of a fit, does.
