@@ -37,6 +37,7 @@ pub mod summary;
 pub(crate) mod suspicion;
 pub mod telemetry_rate;
 pub mod thresholds;
+mod torque_response;
 
 pub use channel::Judgement;
 pub use error::ScreeningError;

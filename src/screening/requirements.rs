@@ -3,7 +3,7 @@
 use super::checks;
 use super::checks::value_too_great::VALUE_TOO_GREAT;
 use super::duplicate_logs::is_copy;
-use super::suspicion::Suspicion;
+use super::suspicion::{Stops, Suspicion};
 use super::telemetry_rate::too_seldom;
 use super::{Finding, ScreenedLog, ScreenedRotor, ScreeningError};
 use crate::log::Dataset;
@@ -20,8 +20,14 @@ pub(crate) fn suspicions(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) 
         // A rotor that stood has nothing to say.
         let turning = log.rotors().filter(|it| it.turns() && rotors.contains(&it.number()));
         let turning: Vec<&ScreenedRotor> = turning.collect();
-        found.extend(spread(&turning, |rotor| beside_model(rotor, model)).into_iter().flatten());
-        found.extend(log.suspicions(rotors));
+        let of_rotors = spread(&turning, |rotor| beside_model(rotor, model));
+        let mut of_log: Vec<Suspicion> = of_rotors.into_iter().flatten().collect();
+        of_log.extend(log.suspicions(rotors));
+        // Rates in another unit make another torque of themselves.
+        if of_log.iter().all(|it| it.stops == Stops::Nobody) {
+            of_log.extend(checks::BODY_BESIDE_MODEL.iter().filter_map(|check| check(log, model)));
+        }
+        found.extend(of_log);
     }
     found
 }

@@ -166,6 +166,22 @@ crate::thresholds! {
     greatest_thrust_coefficient: f64 = 0.2, "-", "propellers of two to four blades: 0.08 to 0.17";
     /// [m/s] no propeller's tips turn faster: thrusts that would ask for it are in another unit.
     fastest_tip: f64 = 400.0, "m/s", "a thrust stand's racing propeller 195 and in gf 618, electric ducted fans up to 330";
+    /// [s] windows over which what a body's rate gains is held against the impulse of a torque.
+    response_spans: [f64; 3] = [0.1, 0.2, 0.4], "s", "a gyro's noise, and how fast a body on a pivot turns round";
+    /// [s] by which a body may answer late: a delay of its torque, and most of the lag of rotors that nobody measured.
+    response_delays: [f64; 4] = [0.0, 0.02, 0.05, 0.1], "s", "hidden delays and lags of the emulated bench";
+    /// Rows of a very long log over which a body's answer is asked for.
+    response_most: usize = 200_000, "count", "memory";
+    /// Windows from which a body's answer is asked for.
+    response_fewest: usize = 50, "count", "judgement";
+    /// Share of what the rate gains, beyond what goes with angle and rate, that the torque explains where it is the cause.
+    response_explains: f64 = 0.9, "-", "emulated benches with strong hidden effects: where less is explained the factor is a friction's";
+    /// Factor within which the answers over short and long windows are one.
+    response_same_factor: f64 = 1.25, "-", "emulated benches with strong hidden effects";
+    /// Factor within which a body's answer is ten times, or a tenth, of what the model makes: a bench's own scale may be near it.
+    torque_power_near: f64 = 1.15, "-", "a pitch bench with a torque in its own scale: 8.1 times the paper's model";
+    /// The same of a hundred, a thousand and their inverses.
+    torque_power_far: f64 = 1.35, "-", "a third";
     /// Command from which on every rotor turns: the dead zones of speed controllers end below it.
     dropout_turns: f64 = 0.15, "-", "judgement";
     /// [s] behind which a rotor commanded to turn has started.

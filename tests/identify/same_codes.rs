@@ -21,7 +21,7 @@ const DEGREES: f64 = 180.0 / PI;
 
 /// What one log is asked about: codes of columns that can hardly be what their names say, and of what else is missing for a model.
 /// What a command says of its own answer is its own.
-const CODES: [&str; 28] = [
+const CODES: [&str; 29] = [
     "value_too_great",
     "column_without_unit",
     "column_of_no_signal",
@@ -50,6 +50,7 @@ const CODES: [&str; 28] = [
     "body_rate_too_fast",
     "body_angle_in_degrees",
     "body_turns_over",
+    "torque_scale",
 ];
 
 /// 40 s of the emulated bench under its controller, 50 Hz, its body free.
@@ -185,6 +186,8 @@ fn what_cannot_be_of_the_models_bench_is_refused_by_who_searches_with_it() {
     expect(changed(&log, "thrust", |_, thrust| 0.10197 * thrust), "thrust_unlike_template", 2);
     expect(changed(&log, "body_rate", |_, rate| DEGREES * rate), "body_rate_in_degrees", 2);
     expect(changed(&log, "body_angle", |_, angle| DEGREES * angle), "body_angle_in_degrees", 2);
+    // As of a body that is ten times as heavy.
+    expect(changed(&log, "body_", |_, motion| 0.1 * motion), "torque_scale", 2);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use super::column::{CheckedColumn, Remark};
 use super::finding::Finding;
 use super::rotor::CheckedRotor;
 use super::rotor_data::RotorLog;
+use super::screened_log::ScreenedLog;
 use super::suspicion::Suspicion;
 use crate::log::Dataset;
 use crate::model::Model;
@@ -121,5 +122,10 @@ checks! {
     ROTOR_BESIDE_MODEL: fn(&RotorLog, &Model) -> Option<Suspicion> = [
         rate_unlike_template,
         thrust_unlike_template,
+    ];
+
+    /// Of a log's body beside such a model, where nothing else of the log is mistaken.
+    BODY_BESIDE_MODEL: fn(&ScreenedLog, &Model) -> Option<Suspicion> = [
+        torque_scale,
     ];
 }

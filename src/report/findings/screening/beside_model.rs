@@ -1,5 +1,6 @@
 //! Sentences for columns that, beside a model, can hardly be what their names say.
 
+use crate::report::number;
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -39,8 +40,39 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             n("voltage_v"),
             n("full_voltage_v")
         ),
+        "torque_scale" => torque_scale(finding),
         _ => return None,
     })
+}
+
+/// A torque, an arm or J that is off by a power of ten.
+fn torque_scale(finding: &Finding) -> String {
+    let n = |name: &str| finding.number(name);
+    let (ratio, power) = (n("ratio"), n("power"));
+    let inertia = format!("J = {} kg m²", short(n("inertia_kg_m2")));
+    let torque = if finding.text("driven_by") == "torque_command" {
+        let unit = Some(finding.text("unit")).filter(|it| !it.is_empty());
+        let unit = unit.map_or_else(String::new, |unit| format!("unit `{unit}`, or "));
+        format!(
+            "`torque_command_nm` over the model's {inertia} makes it: if that column is not in N m, import it with its unit ({unit}scale \
+             {})",
+            short(power)
+        )
+    } else {
+        format!(
+            "the rotors' thrusts, the model's arm of {} m and its {inertia} make it: is that arm {} times too {}, or the model's \
+             `thrust_coefficient`",
+            short(n("arm_m")),
+            short(power.max(1.0 / power)),
+            if power > 1.0 { "small" } else { "great" }
+        )
+    };
+    format!(
+        "the body speeds up {} times as fast as {torque}; or is J in the model another (`inertia = {}` would do, and `rotorbench \
+         identify` finds it)?",
+        number(ratio, 3),
+        number(n("inertia_kg_m2") / ratio, 2)
+    )
 }
 
 /// What more a rate may be that is `ratio` times what is expected: an ESC counts pole pairs times the rotor's turns.
