@@ -271,9 +271,21 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
     ))
 }
 
+/// Columns that can hardly be what their names say: all numbers of a comparison are of them.
+fn mistaken(comparisons: &[Comparison]) -> &[Finding] {
+    comparisons.first().map_or(&[][..], |first| &first.mistaken_columns)
+}
+
+/// The same in sentences, ahead of the numbers.
+fn first(comparisons: &[Comparison], detail: Detail) -> String {
+    let own: Vec<Finding> = mistaken(comparisons).iter().map(|it| it.clone().of("")).collect();
+    let said = lines(&of_all(&own), "Note: ", detail);
+    if said.is_empty() { said } else { said + "\n" }
+}
+
 /// What to know about a log, first what makes everything else worthless.
 fn findings(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<Finding> {
-    let mistaken = comparisons.first().map_or(&[][..], |first| &first.mistaken_columns);
+    let mistaken = mistaken(comparisons);
     let found = LogSummary::of(log).findings;
     let others = found.into_iter().filter(|finding| !mistaken.contains(finding));
     mistaken.iter().cloned().chain(others).collect()
@@ -305,6 +317,7 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog], detail: Detail, nex
     for (comparisons, log) in found.iter().zip(logs) {
         // Writing to a `String` cannot fail.
         let _ = writeln!(out, "{}: {}\n", log.source_name(), about(log));
+        out += &first(comparisons, detail);
         if let Some(change) = change(comparisons) {
             out += &(wrapped("", &change) + "\n");
         }
@@ -322,7 +335,8 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog], detail: Detail, nex
     let is_one = logs.len() == 1;
     let of = |finding: Finding, log: &ScreenedLog| finding.of(if is_one { "" } else { log.source_name() });
     let said = found.iter().zip(logs).flat_map(|(comparisons, log)| {
-        findings(comparisons, log).into_iter().map(move |finding| of(finding, log))
+        let others = findings(comparisons, log).into_iter().filter(|it| !mistaken(comparisons).contains(it));
+        others.map(move |finding| of(finding, log))
     });
     let said: Vec<Finding> = said.collect();
     let said = lines(&of_all(&said), "Note: ", detail);
