@@ -7,9 +7,6 @@ use crate::effect::{Site, Term, acting_as};
 use crate::model::{Model, polynomial};
 use crate::screening::Finding;
 
-/// Looks at a curve, evenly over the commands.
-const LOOKS: usize = 100;
-
 /// By how much the rotors' curve is another than the model's over the commands of the logs, where that is much less than the shift that
 /// is named: a curve that bends otherwise than its polynomial can needs a shift, and no rotor turns faster by it.
 pub(crate) fn shift_is_curve(found: &SearchResult) -> Option<Finding> {
@@ -31,7 +28,8 @@ pub(crate) fn shift_is_curve(found: &SearchResult) -> Option<Finding> {
 /// [rad/s] least and greatest difference of a model's curve with this shift from another's, over these commands.
 fn difference(before: &Model, (after, shift): (&Model, f64), (low, high): (f64, f64)) -> (f64, f64) {
     let of = |model: &Model, u: f64| polynomial(&model.actuator.steady_rate, u);
-    let commands = (0..=LOOKS).map(|look| low + (high - low) * look as f64 / LOOKS as f64);
+    let looks = THRESHOLDS.curve_looks;
+    let commands = (0..=looks).map(|look| low + (high - low) * look as f64 / looks as f64);
     let differences = commands.map(|u| of(after, u) + shift - of(before, u));
     differences
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), it| (least.min(it), greatest.max(it)))

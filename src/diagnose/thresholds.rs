@@ -271,6 +271,8 @@ crate::thresholds! {
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// [-] share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
     battery_with_time: f64 = 0.8, "-", "judgement";
+    /// looks at two curves, evenly over the commands, by which they are held against each other
+    curve_looks: usize = 100, "count", "judgement: g(u) has five numbers at most";
     /// [-] share of a named shift of g(u) that the whole curve must differ by somewhere, for the shift to be one
     shift_of_curve: f64 = 0.5, "-", "judgement";
     /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others

@@ -1,6 +1,7 @@
 //! A user's own law: an expression in signal names and parameters, no compiler needed.
 
 use super::program::{Operation, Program, ReadSignal};
+use super::thresholds::THRESHOLDS;
 use super::{Point, Site, signals, syntax};
 use crate::signal::Sensor;
 
@@ -47,17 +48,15 @@ const SIGNALS: &[(&str, &str, ReadSignal)] = &[
     ("side", "", |point| point.side),
 ];
 
-/// Characters of an expression that an error shows to either side of its place.
-const SHOWN: usize = 60;
-
 impl ExpressionError {
     /// Of a text about one of its characters, each of its lines behind the one before: what is wrong may stand in a very long one.
     fn about(text: &str, column: usize, reason: String) -> Self {
-        let (first, count) = (column.saturating_sub(SHOWN), text.chars().count());
+        let shown = THRESHOLDS.shown_characters;
+        let (first, count) = (column.saturating_sub(shown), text.chars().count());
         let one_line = text.chars().map(|it| if it.is_control() { ' ' } else { it });
-        let part: String = one_line.skip(first).take(2 * SHOWN).collect();
+        let part: String = one_line.skip(first).take(2 * shown).collect();
         let before = if first > 0 { "..." } else { "" };
-        let behind = if first + 2 * SHOWN < count { "..." } else { "" };
+        let behind = if first + 2 * shown < count { "..." } else { "" };
         let text = format!("{before}{part}{behind}");
         Self::Syntax { text, column: column - first + before.len(), reason }
     }

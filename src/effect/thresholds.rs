@@ -9,4 +9,6 @@ crate::thresholds! {
     deepest_brackets: usize = 64, "count", "judgement: the reader calls itself for each, and a stack ends";
     /// count: words and signs of one expression.
     longest_expression: usize = 1000, "count", "judgement";
+    /// [characters] of an expression that an error shows to either side of its place.
+    shown_characters: usize = 60, "count", "judgement: it fits a line";
 }

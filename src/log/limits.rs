@@ -17,8 +17,6 @@ pub(super) const LONGEST_FILE: u64 = THRESHOLDS.longest_file;
 pub(crate) const MOST_COLUMNS: usize = THRESHOLDS.most_columns;
 /// [characters] longest name of a column.
 const LONGEST_NAME: usize = THRESHOLDS.longest_name;
-/// Between two looks whether a wait for input was cancelled.
-const LOOK: Duration = Duration::from_millis(50);
 /// Characters of a cell or a name that a message shows.
 const SHOWN_CHARACTERS: usize = 40;
 
@@ -31,12 +29,13 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     if fs::metadata(path)?.is_file() {
         return read_now(path);
     }
+    let look = Duration::from_millis(THRESHOLDS.cancel_look);
     let (sender, receiver) = mpsc::channel();
     let place = path.to_owned();
     // Left behind where it waits for ever; it holds nothing but the pipe.
     thread::Builder::new().name("input".to_owned()).spawn(move || sender.send(read_now(&place)))?;
     loop {
-        match receiver.recv_timeout(LOOK) {
+        match receiver.recv_timeout(look) {
             Ok(read) => return read,
             Err(RecvTimeoutError::Timeout) => cancel::check(),
             Err(RecvTimeoutError::Disconnected) => return Err(io::ErrorKind::UnexpectedEof.into()),

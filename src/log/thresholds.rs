@@ -55,6 +55,8 @@ crate::thresholds! {
     longest_stream: u64 = 256 << 20, "byte", "judgement: as `longest_file`, and it may be without end";
     /// count: most columns of a table.
     most_columns: usize = 4_096, "count", "a log of sixteen rotors has some hundred";
+    /// [ms] after which a wait for input looks whether it was cancelled.
+    cancel_look: u64 = 50, "ms", "judgement: nobody notices it";
     /// [characters] longest name of a column: it is compared with every name that is known
     longest_name: usize = 256, "count", "judgement: the longest of foreign logs has some 60";
 }
