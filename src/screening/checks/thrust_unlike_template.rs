@@ -37,7 +37,10 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
         .filter(|_| of_rates.is_some_and(|it| !is_another(&it, THRESHOLDS.near_unit)));
     let unit = match near {
         Some((unit, _)) => Some(*unit),
-        None if is_another(&ratio, THRESHOLDS.another_thrust_unit) => nearest(&UNITS, ratio),
+        // Of another rotor than the model's its tips say so: grams are what thrust stands write.
+        None if is_another(&ratio, THRESHOLDS.another_thrust_unit) => {
+            nearest(&UNITS, ratio).or_else(|| is_faster_than_any(rotor, thrust).then_some(UNITS[0].0))
+        }
         None => return None,
     };
     let (least, most) = bounds(thrust);
@@ -107,7 +110,7 @@ mod tests {
         // A racing propeller of a tenth of the model's coefficient, whose tips would pass the speed of sound.
         assert_eq!(stopped(2.2, 1.4e-6), None);
         assert_eq!(stopped(2.2, grams * 1.4e-6), Some(Stops::Fits));
-        // A propeller of 0.8 m under a slow motor pushes a hundred times as hard at each rate: a search is stopped, a model is made.
-        assert_eq!(stopped(0.5, grams * own), Some(Stops::Searches));
+        // A propeller of 0.8 m under a slow motor pushes a hundred times as hard at each rate.
+        assert_eq!(stopped(0.5, grams * own), Some(Stops::Nobody));
     }
 }
