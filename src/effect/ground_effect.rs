@@ -1,7 +1,7 @@
 //! A rotor near the floor pushes harder.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
 use super::thresholds::THRESHOLDS;
+use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
 use crate::signal::columns::{BODY_ANGLE, BODY_RATE, PROPELLER_RATES};
 
 /// The card.

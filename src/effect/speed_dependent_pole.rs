@@ -1,7 +1,7 @@
 //! The rotor answers faster at high speed than at low speed.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
 use super::thresholds::THRESHOLDS;
+use super::{Card, Law, Parameter, Point, Site, Symmetry};
 use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
@@ -39,5 +39,7 @@ pub(super) static CARD: Card = Card {
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [slope] = *parameters else { return 0.0 };
     let factor = 1.0 + slope * (point.propeller_rate - point.hover_rate) / point.hover_rate;
-    (factor.max(THRESHOLDS.smallest_pole_factor) - 1.0) * point.pole * (point.steady_rate - point.propeller_rate)
+    (factor.max(THRESHOLDS.smallest_pole_factor) - 1.0)
+        * point.pole
+        * (point.steady_rate - point.propeller_rate)
 }

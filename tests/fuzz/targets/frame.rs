@@ -17,7 +17,8 @@ fuzz_target!(|bytes: &[u8]| {
         let extended = length & 0x80 != 0;
         let number = u32::from(*high) << 8 | u32::from(*low);
         let Some(id) = Id::new(number & if extended { u32::MAX } else { 0x7FF }, extended) else { return };
-        let Some(frame) = data.get(..usize::from(length & 0xF)).and_then(|data| Frame::classic(id, data)) else {
+        let Some(frame) = data.get(..usize::from(length & 0xF)).and_then(|data| Frame::classic(id, data))
+        else {
             continue;
         };
         ROLES.decode_sensors(&mut received, &frame, stamp as u64, &mut sensors);
