@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, output};
+use crate::bench::{BenchConfig, BenchError};
 use crate::can::protocol;
 use crate::model::Model;
 use crate::report::check;
@@ -25,7 +26,7 @@ pub struct Arguments {
 
 /// A bench file to start from; the same are in `examples/benches/`.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum Template {
+pub(super) enum Template {
     /// The bench that is built in, every usual key with its default
     Bench,
     /// Two VESCs and an IMU
@@ -37,6 +38,11 @@ enum Template {
 }
 
 impl Template {
+    /// The bench that it is.
+    pub(super) fn bench(self) -> Result<BenchConfig, BenchError> {
+        BenchConfig::parse(self.text(), Path::new("the built-in bench file"))
+    }
+
     fn text(self) -> &'static str {
         match self {
             Self::Bench => include_str!("../../examples/benches/bench.toml"),

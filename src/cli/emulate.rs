@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use super::check::Template;
 use super::operate::BenchArguments;
 use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
-use crate::can::{CanError, ProtocolName};
+use crate::can::CanError;
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
@@ -28,8 +29,8 @@ pub struct Arguments {
     /// Arm as soon as the checks pass, for scripted runs
     #[arg(long, requires = "shm")]
     arm: bool,
-    /// What the bus speaks, over what the bench file says
-    #[arg(long, value_name = "PROTOCOL", requires = "can")]
+    /// Play the bench that is built in for this protocol
+    #[arg(long, value_name = "PROTOCOL", requires = "can", conflicts_with = "config")]
     protocol: Option<Protocol>,
     /// On DroneCAN: the emulated nodes have no node ids, and ask an allocator for them
     #[arg(long, conflicts_with = "shm")]
@@ -68,15 +69,6 @@ enum Protocol {
     Dbc,
     /// DroneCAN, version 0
     Dronecan,
-}
-
-impl From<Protocol> for ProtocolName {
-    fn from(protocol: Protocol) -> Self {
-        match protocol {
-            Protocol::Dbc => Self::Dbc,
-            Protocol::Dronecan => Self::Dronecan,
-        }
-    }
 }
 
 /// What the emulated bench is made of, over what the bench file says.
@@ -172,10 +164,10 @@ pub(super) fn impulse(text: &str) -> Result<Impulse, UsageError> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let mut config = arguments.bench.load()?;
-    if let Some(protocol) = arguments.protocol {
-        config.bus.protocol = protocol.into();
-    }
+    let mut config = match arguments.protocol {
+        Some(Protocol::Dronecan) => Template::Dronecan.bench()?,
+        Some(Protocol::Dbc) | None => arguments.bench.load()?,
+    };
     arguments.plant.apply(&mut config)?;
     let shutdown = Shutdown::listen()?;
     if let Some(interface) = &arguments.door.can {

@@ -103,10 +103,8 @@ fn a_bench_flies_on_multicast_and_the_reference_sees_it_and_is_seen() {
                 "{}",
                 text(&check)
             );
-            // Without a word of DroneCAN in its bench file.
-            let plain = TestBench::new("mcast-plain", |config| config.real_time.lock_memory = false);
             let mut emulator =
-                plain.start(&["emulate", "--can", "mcast:3", "--protocol", "dronecan", "--json"]);
+                bench.start(&["emulate", "--can", "mcast:3", "--protocol", "dronecan", "--json"]);
             let mut bridge = bench.start(&["bridge", "--json"]);
             let mut control = bench.start(&["control", "--json"]);
             let mut reference = Reference::start(READS_ALONG, &["mcast:3"]);

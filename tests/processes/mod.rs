@@ -51,7 +51,11 @@ impl TestBench {
         let log = self.folder.path().join(format!("{}.log", MADE.fetch_add(1, Ordering::Relaxed)));
         let output = |path: &PathBuf| std::fs::File::create(path).expect("created");
         let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
-        program.args(command).arg("--config").arg(&self.file);
+        program.args(command);
+        // Who names a protocol plays the bench that is built in for it.
+        if !command.contains(&"--protocol") {
+            program.arg("--config").arg(&self.file);
+        }
         // Whoever runs the tests may ignore SIGHUP (`nohup` does), and the bench would rightly do so, too.
         // SAFETY: signal() is async-signal-safe, and SIG_DFL names no handler.
         // setrlimit() is async-signal-safe, too, and reads a value of the closure's own.
