@@ -106,20 +106,20 @@ fn of_law(
     // What was left of this block without the law is no news.
     let is_of_block = |subject: &str| asked.split().train.channels().iter().any(|it| it.name == subject);
     answer.findings.retain(|it| it.code != "error_above_floor" || !is_of_block(&it.subject));
-    answer.findings.retain(|it| !is_of_other_effect(&it.subject, &answer.effects));
     let (mut blocks, mut verdicts) = (blocks.to_vec(), verdicts.to_vec());
     (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
     answer.changed_parameters = changed_parameters(asked.model, &blocks, &verdicts);
     let mut model = asked.model.clone();
     model.user_effects.push(user.clone());
     answer.model = merged(&model, &blocks, &verdicts);
+    answer.findings.retain(|it| !is_of_other_effect(&it.subject, &answer.model));
     answer.user_effect = Some(user);
 }
 
-/// Whether a finding is of an effect, or of a number of one, that the answer does not have.
-fn is_of_other_effect(subject: &str, effects: &[String]) -> bool {
+/// Whether a finding is of an effect, or of a number of one, that the answer's model does not have.
+fn is_of_other_effect(subject: &str, model: &Model) -> bool {
     let id = subject.split('.').next().unwrap_or(subject);
-    find(id).is_some() && !effects.iter().any(|effect| effect == id)
+    find(id).is_some() && !model.has(id)
 }
 
 /// Whether a formula takes off most of what is above the noise.
@@ -412,7 +412,8 @@ mod tests {
     /// A search that ended in `unknown` had tried effects; what was found of their numbers is no news beside a law.
     #[test]
     fn findings_of_effects_that_the_answer_does_not_have_are_no_news() {
-        let effects = ["torque_delay".to_owned()];
+        let model = Model::paper();
+        let model = model.with(&model.effect("torque_delay").expect("known"));
         for (subject, expected) in [
             ("gravity_pendulum.moment", true),
             ("ground_effect", true),
@@ -421,7 +422,7 @@ mod tests {
             ("rotors", false),
             ("train.csv", false),
         ] {
-            assert_eq!(is_of_other_effect(subject, &effects), expected, "{subject}");
+            assert_eq!(is_of_other_effect(subject, &model), expected, "{subject}");
         }
     }
 }

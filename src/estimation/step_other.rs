@@ -1,4 +1,4 @@
-//! What another input, makes of an output that follows steps: it says nothing of when they came.
+//! What another input makes of an output that follows steps: it says nothing of when they came.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
 //! Units whose own numbers stand in a wrong local minimum, fitted one by one: a step of all units together is taken or refused for all
-//! of them. As where dry friction makes two minima of a start a little too fast and one a little too slow.
+//! of them. Dry friction, for one, makes two minima: of a start a little too fast, and of one a little too slow.
 
 use std::ops::Range;
 

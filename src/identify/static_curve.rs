@@ -116,7 +116,8 @@ fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore
     Some((degrees, preferred?))
 }
 
-/// Each degree's coefficients, the rms that it leaves, and its squared errors held out, side by side; and the lowest degree whose held-out error is hardly above the best and whose curve rises over `range`.
+/// Each degree's coefficients, the rms that it leaves, and its squared errors held out, side by side; and the lowest degree whose
+/// held-out error is hardly above the best and whose curve rises over `range`.
 pub(super) fn degrees_beside(
     range: (f64, f64),
     each: impl Fn(usize) -> Option<(Vec<f64>, f64, Vec<f64>)>,

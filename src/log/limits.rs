@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let look = Duration::from_millis(THRESHOLDS.cancel_look);
     let (sender, receiver) = mpsc::channel();
     let place = path.to_owned();
-    // Left behind where it waits for ever; it holds nothing but the pipe.
+    // Left behind where the work is cancelled: it reads on what comes of the pipe, which nobody takes.
     thread::Builder::new().name("input".to_owned()).spawn(move || sender.send(read_now(&place)))?;
     loop {
         match receiver.recv_timeout(look) {

@@ -115,6 +115,8 @@ crate::thresholds! {
     impossible_voltage: f64 = 1000.0, "V", "judgement";
     /// [rad/s] a greater rate is asked about: few propellers turn so fast.
     fast_rate: f64 = 5000.0, "rad/s", "judgement";
+    /// [V] no battery of such a bench has less.
+    lowest_battery: f64 = 3.0, "V", "one cell of lithium, empty";
     /// [V] no battery of such a bench has so much.
     high_voltage: f64 = 100.0, "V", "judgement";
     /// Share of the greatest rate down to which rates below zero are noise.

@@ -19,10 +19,13 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
     let [least, most] = THRESHOLDS.battery_in_use;
     let is_like = |unit: &&(f64, &str)| (least..most).contains(&(middle / full / unit.0));
     let is_impossible = middle > THRESHOLDS.high_voltage;
-    // Of a battery that is not the model's: the part of a volt in which it would be one at all.
-    let is_battery = |unit: &&(f64, &str)| is_impossible && highest / unit.0 < THRESHOLDS.high_voltage;
+    // Of a battery that is not the model's: the part of a volt in which it would be one at all; a hundredth is the rarest.
+    let [mv, hundredths, tenths] = &VOLTS;
+    let of_battery = THRESHOLDS.lowest_battery..THRESHOLDS.high_voltage;
+    let is_battery = |unit: &&(f64, &str)| is_impossible && of_battery.contains(&(highest / unit.0));
     let of_model = VOLTS.iter().find(is_like);
-    let unit = of_model.or_else(|| VOLTS.iter().rev().find(is_battery)).map(|(_, unit)| *unit);
+    let unit = of_model.or_else(|| [tenths, mv, hundredths].into_iter().find(is_battery));
+    let unit = unit.map(|(_, unit)| *unit);
     let is_other = middle > THRESHOLDS.other_battery_refused * full && model.actuator.voltage_gain != 0.0;
     let finding = rotor.finding("battery_in_other_unit").with("unit", unit.unwrap_or_default());
     let finding = finding.with("lowest_v", lowest).with("highest_v", highest).with("full_voltage_v", full);

@@ -2,7 +2,7 @@
 
 use crate::estimation::quantile::{median, quantile};
 use crate::model::Model;
-use crate::screening::plausibility::{LEAST_HELD, MOST, is_another, nearest};
+use crate::screening::plausibility::{self, LEAST_HELD, MOST, is_another, nearest};
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::suspicion::{Stops, Suspicion};
 use crate::screening::thresholds::THRESHOLDS;
@@ -39,7 +39,9 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
         Some((unit, _)) => Some(*unit),
         // Of another rotor than the model's its tips say so: grams are what thrust stands write.
         None if is_another(&ratio, THRESHOLDS.another_thrust_unit) => {
-            nearest(&UNITS, ratio).or_else(|| is_faster_than_any(rotor, thrust).then_some(UNITS[0].0))
+            let by_tips =
+                || (ratio > 1.0 && is_faster_than_any(rotor, thrust, of_rates)).then_some(UNITS[0].0);
+            nearest(&UNITS, ratio).or_else(by_tips)
         }
         None => return None,
     };
@@ -61,7 +63,7 @@ fn stops(rotor: &RotorLog, thrust: &[f64], unit: &str, coefficient: f64, of_rate
     let is_unit = found.is_some_and(|it| !is_another(&(it / scale), THRESHOLDS.unit_factor));
     let is_rotor = of_rates.is_some_and(|it| !is_another(&it, THRESHOLDS.unit_factor));
     // Another propeller may push a tenth as hard at the same rates, and none a hundred times.
-    let is_impossible = *scale > 1.0 && (is_unit && is_rotor || is_faster_than_any(rotor, thrust));
+    let is_impossible = *scale > 1.0 && (is_unit && is_rotor || is_faster_than_any(rotor, thrust, of_rates));
     match (is_impossible, is_unit) {
         (true, _) => Stops::Fits,
         (false, true) => Stops::Searches,
@@ -69,8 +71,15 @@ fn stops(rotor: &RotorLog, thrust: &[f64], unit: &str, coefficient: f64, of_rate
     }
 }
 
-/// Whether the tips of the smallest propeller that makes such thrusts would turn faster than any do: T = C_T ρ n² D⁴.
-fn is_faster_than_any(rotor: &RotorLog, thrust: &[f64]) -> bool {
+/// Whether the tips of the smallest propeller that makes such thrusts would turn faster than any do: T = C_T ρ n² D⁴. Rates that may be
+/// in another unit themselves say nothing of it.
+fn is_faster_than_any(rotor: &RotorLog, thrust: &[f64], of_rates: Option<f64>) -> bool {
+    let is_other_rate = of_rates.is_some_and(|it| nearest(&plausibility::UNITS, it).is_some());
+    let is_too_fast = bounds(&rotor.rate).1 > THRESHOLDS.impossible_rate
+        || -bounds(&rotor.rate).0 > THRESHOLDS.impossible_rate;
+    if is_other_rate || is_too_fast {
+        return false;
+    }
     let of_disc = (std::f64::consts::TAU).powi(2) / (THRESHOLDS.greatest_thrust_coefficient * AIR);
     let tip = |row: usize| 0.5 * (of_disc * thrust[row].abs()).powf(0.25) * rotor.rate[row].abs().sqrt();
     let tips = rotor.segments.iter().cloned().flatten().map(tip);
@@ -110,6 +119,9 @@ mod tests {
         // A racing propeller of a tenth of the model's coefficient, whose tips would pass the speed of sound.
         assert_eq!(stopped(2.2, 1.4e-6), None);
         assert_eq!(stopped(2.2, grams * 1.4e-6), Some(Stops::Fits));
+        // Rates in rpm beside right thrusts: their tips would be as fast.
+        assert_eq!(stopped(7.2, 9.0 / 7.2_f64.powi(2) * own), Some(Stops::Nobody));
+        assert_eq!(stopped(13.4, 8.4 / 13.4_f64.powi(2) * own), Some(Stops::Nobody));
         // A propeller of 0.8 m under a slow motor pushes a hundred times as hard at each rate.
         assert_eq!(stopped(0.5, grams * own), Some(Stops::Nobody));
     }

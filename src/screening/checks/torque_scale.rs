@@ -22,7 +22,7 @@ pub(crate) fn check(log: &ScreenedLog, model: &Model) -> Option<Suspicion> {
     let finding =
         finding.with("ratio", ratio).with("power", power).with("driven_by", body.driven_by().code());
     let finding = finding.with("inertia_kg_m2", model.body.inertia).with("arm_m", model.body.arm);
-    let finding = finding.with("unit", if exponent < -1.0 { "mN m" } else { "" });
+    let finding = finding.with("unit", if exponent < -2.0 { "mN m" } else { "" });
     let is_unit = exponent != 0.0 && !is_another(&(ratio / power), near);
     is_unit.then_some(Suspicion { finding, stops: Stops::Searches })
 }

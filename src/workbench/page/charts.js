@@ -153,14 +153,18 @@ export class Chart {
     }, data, host);
     legend(this.plot);
     // Made anew, it is as the user left it: what is hidden, and where the keyboard is.
-    if (focused) labels(this.plot)[this.keys.indexOf(focused)]?.focus();
+    if (focused) labels(this.plot)[this.keys.indexOf(focused)]?.focus({ preventScroll: true });
     const over = this.plot.over;
     over.addEventListener("dblclick", event => { event.stopImmediatePropagation(); this.spec.onAll(); }, true);
     over.addEventListener("mousedown", event => this.pan(event), true);
   }
 
   chosen(u) {
-    this.hidden = new Set(this.keys.filter((key, index) => key && !u.series[index].show));
+    this.keys.forEach((key, index) => {
+      if (!key) return;
+      if (u.series[index].show) this.hidden.delete(key);
+      else this.hidden.add(key);
+    });
     said(u);
   }
 

@@ -20,7 +20,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         ),
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
-             is another battery, make its model first (`rotorbench identify --full-voltage-v {:.1}`)",
+             is another battery, make its model first (`rotorbench identify`, with `--full-voltage-v` what it has when full)",
             n("lowest_v"),
             n("highest_v"),
             n("full_voltage_v"),
@@ -31,8 +31,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
                     "import `battery_voltage_v` in tenths of a volt: scale 0.1 (a charge in percent is no voltage: leave that column out)"
                 }
                 _ => "a charge in percent is no voltage (leave that column out)",
-            },
-            n("highest_v")
+            }
         ),
         "battery_of_other_bench" => format!(
             "the battery had {:.1} V, and the model's has {:.1} V when full: is it the model of this bench, and the column a \
