@@ -6,6 +6,10 @@ use crate::screening::suspicion::{Stops, Suspicion};
 use crate::screening::thresholds::THRESHOLDS;
 use crate::screening::{Finding, ScreenedLog, torque_response};
 use crate::signal::columns::BODY_RATE;
+use crate::unit::Unit;
+
+/// The unit of torques that is a power of ten of the right one.
+const MILLI: &str = "mN m";
 
 /// A body that speeds up ten times as fast as the model's torque over J makes it, or a hundred times, or a tenth: what is searched for
 /// beside such a model is the unit. One that is two or three times as heavy has changed, and `diagnose` says so. Who makes a model of the
@@ -22,7 +26,8 @@ pub(crate) fn check(log: &ScreenedLog, model: &Model) -> Option<Suspicion> {
     let finding =
         finding.with("ratio", ratio).with("power", power).with("driven_by", body.driven_by().code());
     let finding = finding.with("inertia_kg_m2", model.body.inertia).with("arm_m", model.body.arm);
-    let finding = finding.with("unit", if exponent < -2.0 { "mN m" } else { "" });
+    let is_milli = Unit::parse(MILLI, "N m").is_ok_and(|unit| !is_another(&(power / unit.to_si(1.0)), near));
+    let finding = finding.with("unit", if is_milli { MILLI } else { "" });
     let is_unit = exponent != 0.0 && !is_another(&(ratio / power), near);
     is_unit.then_some(Suspicion { finding, stops: Stops::Searches })
 }
