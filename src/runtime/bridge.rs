@@ -29,9 +29,6 @@ pub struct BridgeLoop<B: Bus = BusPort> {
     hold_periods: u32,
     /// Whether the controller waits for the gyro.
     wakes_control: bool,
-    /// [ns] of a turn that handed the controller what it waits for. His answer is awaited from then: to ask the clock would be a
-    /// system call more on the way of a frame, where there is no vDSO.
-    handed_ns: Option<u64>,
     // Last: everything above lives on it.
     _bench: BenchMember,
 }
@@ -67,14 +64,13 @@ impl BridgeLoop {
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
         let bus_io = BusIo::open(config, &bench, log, shutdown)?;
         let wakes_control = config.trigger == StepTrigger::Imu;
-        Ok(Self { guard, bus_io, hold_periods, wakes_control, handed_ns: None, _bench: bench })
+        Ok(Self { guard, bus_io, hold_periods, wakes_control, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
     pub fn turn(&mut self) {
         let descriptors = [self.bus_io.descriptor(), self.guard.bell().descriptor()];
-        let now_ns = self.handed_ns.take().unwrap_or_else(clock::monotonic_ns);
-        let (woken, woken_ns) = rt::wait_from(descriptors, self.guard.deadline_ns(), now_ns);
+        let (woken, woken_ns) = rt::wait_timed(descriptors, self.guard.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
         self.act(ready, woken_ns);
     }
@@ -99,9 +95,8 @@ impl<B: Bus> BridgeLoop<B> {
     /// What a turn does with what is on the bus and in shared memory.
     fn answer(&mut self, look: &Look, ready: u32) {
         let (sensors, is_news) = self.bus_io.present(look, &self.guard);
-        let wakes_control = look.gyro && self.wakes_control;
         if is_news {
-            self.guard.publish_sensors(&sensors, wakes_control);
+            self.guard.publish_sensors(&sensors, look.gyro && self.wakes_control);
         }
         // Decoding and publishing took a while, and the machine may have been busy elsewhere: the newest command may be younger
         // than the look at the socket, or than the end of the wait. Judged by the older time it would come from the future.
@@ -116,8 +111,6 @@ impl<B: Bus> BridgeLoop<B> {
             let out_ns = self.bus_io.send(&applied);
             self.guard.finish(release, out_ns, self.bus_io.sensors());
             self.bus_io.publish(out_ns);
-        } else if wakes_control {
-            self.handed_ns = Some(now_ns);
         }
         if ready & BELL != 0 {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.

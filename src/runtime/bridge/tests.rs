@@ -86,14 +86,7 @@ impl Rig {
         let roles = Roles::build(&config.bus, config.period_s).expect("valid");
         let bus = HandBus { now_ns: clock::monotonic_ns() + PERIOD_NS, ..HandBus::default() };
         let bus_io = BusIo::on(bus, roles.clone(), LogQueue::new(16));
-        let bridge = BridgeLoop {
-            guard,
-            bus_io,
-            hold_periods: 5,
-            wakes_control: false,
-            handed_ns: None,
-            _bench: bench,
-        };
+        let bridge = BridgeLoop { guard, bus_io, hold_periods: 5, wakes_control: false, _bench: bench };
         Self { bridge: Some(bridge), roles, config }
     }
 
