@@ -14,12 +14,11 @@ pub(crate) fn shift_is_curve(found: &SearchResult) -> Option<Finding> {
     let is_named = found.answer.effects.iter().any(|id| id == shift.id);
     let Runs::Rotor(runs) = &found.split.train.runs else { return None };
     let added = found.answer.model.parameter(&format!("{}.{}", shift.id, shift.parameters[0].name))?;
-    let is_changed = found.changed.iter().any(|name| name.starts_with("steady_rate_"));
     let commands = || runs.iter().flat_map(|run| run.command.iter().copied()).filter(|it| it.is_finite());
     let (low, high) = (commands().reduce(f64::min)?, commands().reduce(f64::max)?);
     let (least, greatest) = difference(&found.nominal.model, (&found.answer.model, added), (low, high));
     let is_curve = least.abs().max(greatest.abs()) < THRESHOLDS.shift_of_curve * added.abs();
-    (is_named && is_changed && is_curve).then(|| {
+    (is_named && is_curve).then(|| {
         let finding = Finding::new("shift_is_curve", shift.id).with("shift_rad_s", added);
         let finding = finding.with("from_command", low).with("to_command", high);
         finding.with("least_rad_s", least).with("greatest_rad_s", greatest)

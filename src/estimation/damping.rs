@@ -66,3 +66,47 @@ impl Damping {
         self.size < THRESHOLDS.held_back
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONFIG: FitConfig = FitConfig {
+        iterations: 100,
+        tolerance: 1e-6,
+        goal: Some(1.0),
+        reuses_slopes: false,
+        rescues_units: false,
+    };
+
+    #[test]
+    fn a_step_is_held_back_until_it_lowers_the_cost() {
+        let mut damping = Damping::new();
+        assert!(damping.is_low());
+        let held_back = |size: f64| (size > 1e2 * THRESHOLDS.held_back).then_some(size);
+        let taken = damping.descend(&CONFIG, true, held_back).expect("in the end");
+        assert!(taken < THRESHOLDS.most_damping && damping.tried() > 1, "{taken} after {}", damping.tried());
+        assert!(!damping.is_low(), "the next one is, too");
+        // Where a shorter step is not what is wanting, one is tried.
+        let before = damping.tried();
+        assert_eq!(damping.descend(&CONFIG, false, |_| None::<()>), None);
+        assert_eq!(damping.tried(), before + 1);
+        let once = FitConfig { iterations: before + 2, ..CONFIG };
+        assert_eq!(damping.descend(&once, true, |_| None::<()>), None);
+        assert!(damping.is_spent(&once));
+    }
+
+    #[test]
+    fn slow_steps_in_a_row_far_from_the_goal_are_given_up() {
+        let mut damping = Damping::new();
+        let slow = Some(0.5 * THRESHOLDS.slow_fall);
+        let mut steps = |fall: Option<f64>, cost: f64| -> Vec<bool> {
+            (0..THRESHOLDS.slow_steps).map(|_| damping.is_given_up(fall, cost, &CONFIG)).collect()
+        };
+        let gives_up_last = |steps: &[bool]| steps.iter().position(|it| *it) == Some(steps.len() - 1);
+        assert!(gives_up_last(&steps(slow, 2.0)));
+        assert!(!steps(slow, 0.5).contains(&true), "it is at the goal");
+        assert!(!steps(Some(2.0 * THRESHOLDS.slow_fall), 2.0).contains(&true));
+        assert!(gives_up_last(&steps(None, 2.0)), "a step that is none is slow");
+    }
+}

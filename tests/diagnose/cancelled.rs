@@ -1,8 +1,10 @@
 //! Ctrl-C while a command works on a long log: it ends soon, and leaves nothing behind.
 
+use std::ffi::CString;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::Read as _;
+use std::os::unix::ffi::OsStrExt as _;
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -87,6 +89,10 @@ fn cancelled(folder: &Path, arguments: &[&str], after: Duration, signal: i32) ->
 fn ctrl_c_ends_a_command_and_leaves_nothing_behind() {
     let folder = TempDir::new().expect("a folder");
     fs::write(folder.path().join("long.csv"), long_log()).expect("written");
+    // A pipe that nobody writes to.
+    let pipe = CString::new(folder.path().join("pipe.csv").as_os_str().as_bytes()).expect("no zero byte");
+    // SAFETY: the name ends with a zero byte.
+    assert_eq!(unsafe { libc::mkfifo(pipe.as_ptr(), 0o600) }, 0);
     // The first two in the midst of a search, the others wherever they are.
     let search = Duration::from_secs(1);
     let ctrl_c = libc::SIGINT;
@@ -95,11 +101,14 @@ fn ctrl_c_ends_a_command_and_leaves_nothing_behind() {
         (&["extend", "--effect", "second_order_lag", "--log", "long.csv", "-o", "out.toml"], search, ctrl_c),
         (&["identify", "--log", "long.csv", "-o", "out.toml"], Duration::ZERO, libc::SIGTERM),
         (&["compare", "--log", "long.csv", "--report", "out.html"], Duration::ZERO, libc::SIGHUP),
+        (&["compare", "--log", "pipe.csv", "--report", "out.html"], Duration::ZERO, ctrl_c),
     ] {
         let (status, said) = cancelled(folder.path(), arguments, after, signal);
         assert_eq!(status.code(), Some(1), "{arguments:?}: {status}, {said}");
         assert_eq!(said.trim_end(), "cancelled; nothing was written", "{arguments:?}");
         let left = fs::read_dir(folder.path()).expect("a folder").flatten().map(|entry| entry.file_name());
-        assert_eq!(left.collect::<Vec<_>>(), ["long.csv"], "{arguments:?}");
+        let mut left: Vec<_> = left.collect();
+        left.sort();
+        assert_eq!(left, ["long.csv", "pipe.csv"], "{arguments:?}");
     }
 }

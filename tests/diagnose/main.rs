@@ -2,6 +2,7 @@
 //! laws of its own, with something hidden in it; and the refusals.
 
 mod battery;
+mod bend;
 mod cancelled;
 mod columns;
 mod dead_time;

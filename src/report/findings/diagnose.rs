@@ -56,12 +56,13 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         ),
         "shift_is_curve" => format!(
             "{subject} and the changed numbers of g(u) are one curve: from u = {:.2} to {:.2} it differs from the model's by {:+.1} to \
-             {:+.1} rad/s, so no rotor turns {:+.0} rad/s faster; what is missing is a bend that the model's g(u) does not have",
+             {:+.1} rad/s, so no rotor turns {:.0} rad/s {}; what is missing is a bend that the model's g(u) does not have",
             finding.number("from_command"),
             finding.number("to_command"),
             finding.number("least_rad_s"),
             finding.number("greatest_rad_s"),
-            finding.number("shift_rad_s")
+            finding.number("shift_rad_s").abs(),
+            if finding.number("shift_rad_s") < 0.0 { "slower" } else { "faster" }
         ),
         "model_of_other_bench" => format!(
             "the model's rates are {:.0} rad/s off, where the rates themselves vary by {:.0} rad/s: it is not this bench's \

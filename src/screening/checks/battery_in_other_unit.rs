@@ -32,3 +32,41 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
     let stops = if is_impossible { Stops::Fits } else { Stops::Searches };
     (of_model.is_some() || is_other).then_some(Suspicion { finding, stops })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// The unit that is named of a battery that reads so much, beside the paper's of 12.6 V, and whom it stops.
+    fn named(reading: f64) -> (String, Stops) {
+        let time: Vec<f64> = (0..1000).map(|row| 0.02 * f64::from(row)).collect();
+        let command: Vec<f64> = (0..1000).map(|row| 0.3 + 0.1 * f64::from(row / 50 % 5)).collect();
+        let rates: Vec<f64> = command.iter().map(|command| Model::paper().steady_rate(*command)).collect();
+        let volts = (0..1000).map(|row| reading * (1.0 - 2e-5 * f64::from(row))).collect();
+        let log = Dataset::made(
+            time,
+            [("command_1", command), ("propeller_rate_1_rad_s", rates), ("battery_voltage_v", volts)],
+        );
+        let log = ScreenedLog::of(&log);
+        let found = check(log.rotor(1).expect("a rotor").data(), &Model::paper()).expect("another battery");
+        (found.finding.text("unit").to_owned(), found.stops)
+    }
+
+    #[test]
+    fn the_part_of_a_volt_is_named_of_a_battery_that_is_not_the_models_too() {
+        // Of three cells, the model's battery; of six, and of two and of one, others.
+        for (reading, unit) in [
+            (12_400.0, "mV"),
+            (124.0, "0.1 V"),
+            (25_100.0, "mV"),
+            (251.0, "0.1 V"),
+            (2_510.0, "0.01 V"),
+            (7_400.0, "mV"),
+            (3_700.0, "mV"),
+        ] {
+            assert_eq!(named(reading), (unit.to_owned(), Stops::Fits), "{reading}");
+        }
+    }
+}
