@@ -46,7 +46,7 @@ use crate::log::{Dataset, DatasetError};
 use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
-use crate::screening::requirements::check_magnitudes;
+use crate::screening::requirements::{check_magnitudes, check_runs};
 use crate::threads::both;
 
 pub use config::CompareConfig;
@@ -141,6 +141,7 @@ pub fn compare(
     if !CompareConfig::HORIZONS_S.contains(&config.horizon_s) {
         return Err(CompareError::Horizon(config.horizon_s));
     }
+    check_runs(log)?;
     let samples = log.raw().len();
     if samples < THRESHOLDS.fewest_samples {
         return Err(CompareError::TooShort {

@@ -54,7 +54,7 @@ impl<'a> CommandResponses<'a> {
         };
         let mut found: Vec<Suspicion> = self.rotors.iter().zip(&self.own).filter_map(wrong).collect();
         if found.iter().all(|it| it.stops != Stops::Fits) {
-            found.extend(self.lead().map(Suspicion::said));
+            found.extend(self.lead());
         }
         found
     }
@@ -66,8 +66,8 @@ impl<'a> CommandResponses<'a> {
         crossed(parts, rates, [&self.own[one], &self.own[other]], self.full_voltage)
     }
 
-    /// Whether rates lead their commands: the first rotor whose do.
-    fn lead(&self) -> Option<Finding> {
+    /// Whether rates lead their commands, or answer them at once: the first rotor whose do.
+    fn lead(&self) -> Option<Suspicion> {
         let lead = |(part, own): (&Option<RotorLog>, &Option<SingleRotorFit>)| {
             let part = part.as_ref()?;
             let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);

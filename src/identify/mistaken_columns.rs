@@ -8,7 +8,7 @@ use crate::log::signals::MOST_ROTORS;
 use crate::model::Model;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::suspicion::{Stops, Suspicions};
-use crate::screening::{Finding, ScreenedLog, ScreeningError, requirements};
+use crate::screening::{Finding, ScreenedLog, ScreenedRotor, ScreeningError, requirements};
 
 /// What is said of logs beside a model of their bench: columns that can hardly be what their names say, and what they lack for it.
 #[must_use]
@@ -47,7 +47,10 @@ pub(crate) fn suspicions(logs: &[ScreenedLog], model: &Model, rotors: &[usize]) 
         return Suspicions::of(found, lacking);
     }
     let turning = |log| ScreenedLog::rotors(log).filter(|it| it.turns() && rotors.contains(&it.number()));
-    let measured = logs.iter().flat_map(turning).filter(|rotor| rotor.scored().next().is_some());
+    // Rows that are levels each hold no response.
+    let responds =
+        |rotor: &&ScreenedRotor| rotor.scored().next().is_some() && !rotor.data().rows_are_levels();
+    let measured = logs.iter().flat_map(turning).filter(responds);
     let measured: Vec<RotorLog> = measured.map(|rotor| rotor.data().clone()).collect();
     let full_voltage = inputs::fuller_battery(logs, model).unwrap_or(model.actuator.full_voltage);
     found.extend(CommandResponses::fit(&measured, full_voltage).suspicions(model.actuator.pole));

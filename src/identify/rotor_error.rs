@@ -3,8 +3,8 @@
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
 use crate::model::{Equations, Model, RotorError, RotorInput, RotorStart, RotorTrace};
-use crate::screening::ScreenedLog;
 use crate::screening::rotor_data::RotorLog;
+use crate::screening::{ScreenedLog, ScreenedRotor};
 use crate::signal::side;
 
 /// Errors of free runs of `model` over each stretch of the logs' rotors; `None` where nothing of a turning rotor was measured.
@@ -12,7 +12,9 @@ use crate::signal::side;
 pub fn rotor_error(model: &Model, logs: &[&[ScreenedLog]]) -> Option<RotorError> {
     let equations = model.equations().ok()?;
     let (mut errors, mut commands) = (Vec::new(), Vec::new());
-    for rotor in logs.iter().copied().flatten().flat_map(ScreenedLog::rotors) {
+    // Rows that are levels each hold no run.
+    let runs = |rotor: &&ScreenedRotor| !rotor.data().rows_are_levels();
+    for rotor in logs.iter().copied().flatten().flat_map(ScreenedLog::rotors).filter(runs) {
         errors_of(&equations, rotor.data(), &mut errors, &mut commands);
     }
     let samples = errors.len();

@@ -29,8 +29,9 @@ pub(crate) struct SteadyRows {
     pub gain: f64,
 }
 
-/// Collects steady rows: ramps where they are enough and span a range, else constant levels, else, `with_short`, levels that are held
-/// for less long: a stand that steps every few seconds shows a curve by them, where nothing shows how its rotor follows.
+/// Collects steady rows: ramps where they are enough and span a range, else constant levels, else rows that are levels each, else,
+/// `with_short`, levels that are held for less long: a stand that steps every few seconds shows a curve by them, where nothing shows
+/// how its rotor follows.
 pub(crate) fn steady_rows(
     rotors: &[RotorLog],
     gain: f64,
@@ -43,17 +44,25 @@ pub(crate) fn steady_rows(
     {
         return Some(ramps);
     }
-    let suffice = |rows: &SteadyRows| {
-        rows.command.len() >= THRESHOLDS.fewest_curve_rows
-            && spread(&rows.command) >= THRESHOLDS.narrowest_curve
+    let suffice = |rows: &SteadyRows, fewest: usize| {
+        rows.command.len() >= fewest && spread(&rows.command) >= THRESHOLDS.narrowest_curve
     };
+    let enough = |rows: &SteadyRows| suffice(rows, THRESHOLDS.fewest_curve_rows);
     let levels = collect(rotors, SteadyCommand::Constant, gain, full_voltage);
-    let short = || with_short.then(|| short_levels(rotors, gain, full_voltage));
-    Some(levels).filter(suffice).or_else(|| short().filter(suffice))
+    let of = |rotors: &mut dyn Iterator<Item = &RotorLog>| settled(rotors, gain, full_voltage);
+    let points = || of(&mut rotors.iter().filter(|rotor| rotor.rows_are_levels()));
+    let short = || with_short.then(|| of(&mut rotors.iter()));
+    Some(levels)
+        .filter(enough)
+        .or_else(|| Some(points()).filter(|rows| suffice(rows, THRESHOLDS.fewest_points)))
+        .or_else(|| short().filter(enough))
 }
 
 /// Of each held command the rows at which the rotor has settled: two seconds behind its begin, at the latest in its second half.
 pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
+    if rotor.rows_are_levels() {
+        return rotor.scored().map(|row| row..row + 1).collect();
+    }
     let mut levels = Vec::new();
     for segment in rotor.whole() {
         let mut from = segment.start;
@@ -72,8 +81,8 @@ pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
     levels
 }
 
-/// Rows of levels of a few seconds. As in Eq. (9) each counts for itself, so that a longer one says more.
-fn short_levels(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> SteadyRows {
+/// Settled rows of levels of a few seconds, or of a row. As in Eq. (9) each counts for itself, so that a longer one says more.
+fn settled(rotors: &mut dyn Iterator<Item = &RotorLog>, gain: f64, full_voltage: f64) -> SteadyRows {
     let mut rows = SteadyRows::none(false, gain, full_voltage);
     for rotor in rotors {
         for row in settled_levels(rotor).into_iter().flatten() {

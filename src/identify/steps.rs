@@ -89,6 +89,9 @@ impl Work<'_> {
         const STEP: &str = "joint_estimation";
         let samples: usize = self.excited.iter().map(|rotor| rotor.scored().count()).sum();
         if self.excited.is_empty() {
+            if self.rotors.iter().all(RotorLog::rows_are_levels) {
+                return self.lacks(STEP, "no_exciting_commands");
+            }
             let pole = self.settings.template.actuator.pole;
             let seldom = self.rotors.iter().find_map(|rotor| rotor.too_seldom(pole));
             return self.note(STEP, false, seldom.unwrap_or_else(|| self.too_few_jumps()));

@@ -68,7 +68,7 @@ fn levels(rotor: &RotorLog) -> Vec<Level<'_>> {
     for settled in settled_levels(rotor) {
         let counts = |row: &usize| rotor.rate[*row].is_finite() && voltage[*row].is_finite();
         let rows: Vec<usize> = settled.clone().filter(counts).collect();
-        if rows.len() < THRESHOLDS.fewest_of_level {
+        if rows.is_empty() || (rows.len() < THRESHOLDS.fewest_of_level && !rotor.rows_are_levels()) {
             continue;
         }
         let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();

@@ -117,6 +117,8 @@ crate::thresholds! {
     degree_errors: f64 = 2.0, "-", "emulated benches";
     /// count: steady rows from which a curve may be fitted.
     fewest_curve_rows: usize = 100, "count", "judgement";
+    /// count: rows that are levels each from which a curve, or a thrust curve, may be fitted.
+    fewest_points: usize = 6, "count", "judgement: each is an average, and no curve has more than four numbers";
     /// [-] range of commands below which a curve is not fitted.
     narrowest_curve: f64 = 0.05, "-", "judgement";
     /// [s] half of the time over which the slope of a command is taken: quantized commands stand still between steps.

@@ -58,7 +58,10 @@ pub(crate) fn identify(
 ) -> Option<ThrustCurve> {
     let of_log = |log| rotors.iter().flat_map(move |number| pairs(log, *number));
     let rows: Vec<(f64, f64)> = logs.iter().flat_map(of_log).collect();
-    if rows.len() < THRESHOLDS.fewest_thrust_rows {
+    let mut read = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));
+    let are_points = read.all(|rotor| rotor.data().rows_are_levels());
+    let fewest = if are_points { THRESHOLDS.fewest_points } else { THRESHOLDS.fewest_thrust_rows };
+    if rows.len() < fewest {
         return None;
     }
     let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));

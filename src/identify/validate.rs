@@ -32,7 +32,13 @@ pub struct Validation {
 /// Free run over one rotor's log; each stretch starts from the rate that fits it best, for the first one measured is noisy.
 pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Option<Validation> {
     let mut traces = Vec::new();
-    for segment in &rotor.segments {
+    if rotor.rows_are_levels() {
+        let volts = |row: usize| rotor.voltage.as_ref().map(|voltage| voltage[row]);
+        let steady = |row: usize| actuator.steady_rate(rotor.command[row], volts(row));
+        traces.extend(rotor.scored().map(|row| (rotor.time[row], rotor.rate[row], steady(row))));
+    }
+    let runs = if rotor.rows_are_levels() { &[][..] } else { &rotor.segments };
+    for segment in runs {
         let Some(first) = segment.clone().find(|&row| rotor.rate[row].is_finite()) else { continue };
         let rows = first..segment.end;
         let voltage = rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]);

@@ -32,9 +32,9 @@ pub(crate) struct Work<'a> {
     pub pole: Option<PoleFit>,
     pub thrust: Option<ThrustCurve>,
     pub body: Option<IdentifiedBody>,
-    /// A k_V that hardly shows in constant commands.
     /// k_V between logs of several supplies.
     pub supplies: Option<SupplyGain>,
+    /// A k_V that hardly shows in constant commands.
     pub insignificant_gain: Option<Estimate>,
     /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
     pub mismatch: bool,
@@ -55,7 +55,8 @@ impl<'a> Work<'a> {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
         let pole = settings.template.actuator.pole;
-        let excited = rotors.iter().filter(|rotor| rotor.too_seldom(pole).is_none());
+        let follows = |rotor: &&RotorLog| !rotor.rows_are_levels() && rotor.too_seldom(pole).is_none();
+        let excited = rotors.iter().filter(follows);
         let excited: Vec<RotorLog> =
             excited.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
         Self {
@@ -81,7 +82,10 @@ impl<'a> Work<'a> {
 
     /// Whether rotors differ. Rates that lead their commands, `leads`, are reason enough for what a fit leaves over.
     pub fn compare_rotors(&mut self, leads: bool) {
-        let responses = CommandResponses::fit(&self.rotors, self.full_voltage());
+        // Rows that are levels each hold no response.
+        let responding = self.rotors.iter().filter(|rotor| !rotor.rows_are_levels());
+        let responding: Vec<RotorLog> = responding.cloned().collect();
+        let responses = CommandResponses::fit(&responding, self.full_voltage());
         let found = if leads { None } else { responses.mismatch() };
         self.mismatch = leads || found.is_some();
         let found = if self.mismatch { found } else { responses.mismatch_between_logs() };

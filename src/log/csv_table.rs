@@ -5,7 +5,7 @@ use super::foreign_error::ForeignError;
 use super::import_notes::Notes;
 use super::limits::{not_names, shortened};
 use super::lines::Lines;
-use super::mapping::{Mapping, MappingConfig};
+use super::mapping::{Mapping, MappingConfig, TimeConfig};
 use super::tables::{Column, Table};
 use crate::cancel;
 use crate::signal::columns;
@@ -62,7 +62,7 @@ impl Reader<'_> {
     }
 
     fn period_s(&self) -> Option<f64> {
-        self.config().time.as_ref().and_then(|time| time.period_s)
+        self.config().time.as_ref().and_then(TimeConfig::period)
     }
 
     fn read(&mut self, text: &str) -> Result<Vec<Table>, ForeignError> {

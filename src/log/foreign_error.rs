@@ -7,7 +7,7 @@ use super::dataset::{DatasetError, nanoseconds};
 /// What to do about a cell that is no number.
 fn instead_of(cell: &str) -> &'static str {
     if is_date(cell) {
-        "stamps of date and time are not read: write seconds, or give the mapping a `period_s` in place of the column"
+        "stamps of date and time are not read: write seconds, or give the mapping a `period_s` (or, where each row is a level at rest, `levels = true`) in place of the column"
     } else {
         "if it means no value, name it in the mapping's `missing`"
     }
@@ -101,7 +101,7 @@ pub enum ForeignError {
     },
     /// Text without a clock.
     #[error(
-        "{path}: the file has no clock of its own, so the mapping needs `[time]` in its mapping: a `column` with its `unit`, or a `period_s`"
+        "{path}: the file has no clock of its own, so the mapping needs `[time]` in its mapping: a `column` with its `unit`, a `period_s`, or `levels = true` where each row is a level at rest"
     )]
     NoClock {
         /// The file.

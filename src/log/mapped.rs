@@ -10,7 +10,7 @@ use super::dataset::Dataset;
 use super::foreign_error::ForeignError;
 use super::import_notes::Notes;
 use super::limits;
-use super::mapping::{Mapping, SignalMapping};
+use super::mapping::{Mapping, SignalMapping, TimeConfig};
 use super::row_clock;
 use super::table_clock::Clock;
 use super::tables::{Table, Tables};
@@ -98,7 +98,7 @@ impl Assembly<'_> {
         let of_column = time.and_then(|time| time.column.as_deref());
         let place =
             of_column.map(|column| self.find_named(&tables, column, columns::TIME, None)).transpose()?;
-        let period = time.and_then(|time| time.period_s);
+        let period = time.and_then(TimeConfig::period);
         let stamps = place.map(|(table, at)| tables[table].columns[at].values.clone());
         for table in tables.iter_mut().filter(|table| lacks_clock(table)) {
             table.time = match (&stamps, period) {

@@ -71,6 +71,17 @@ pub struct TimeConfig {
     /// [s] time from row to row, where no column holds it.
     #[serde(default)]
     pub period_s: Option<f64>,
+    /// Instead of either: each row is a level at which the rotor had settled, as a thrust stand's table of averages, and nobody
+    /// recorded the pauses between them.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub levels: bool,
+}
+
+impl TimeConfig {
+    /// [s] from row to row, where no column holds it.
+    pub(crate) fn period(&self) -> Option<f64> {
+        self.period_s.or(self.levels.then_some(THRESHOLDS.level_period))
+    }
 }
 
 /// What becomes of several columns.
@@ -234,7 +245,12 @@ impl Mapping {
             rows_later: 0,
             optional: false,
         });
-        let time = TimeConfig { column: Some(columns::TIME.to_owned()), unit: second(), period_s: None };
+        let time = TimeConfig {
+            column: Some(columns::TIME.to_owned()),
+            unit: second(),
+            period_s: None,
+            levels: false,
+        };
         let config = MappingConfig::new(Some(time), signals.collect());
         let units = vec![None; config.signal.len()];
         let time_unit = Unit { name: "s", si: "s", scale: 1.0, offset: 0.0 };
@@ -320,13 +336,13 @@ impl MappingConfig {
         if self.decimal_comma && self.delimiter == ',' {
             return Err(setting("with `decimal_comma` the delimiter cannot be a comma too".to_owned()));
         }
-        match self.time.as_ref().map(|time| (&time.column, time.period_s)) {
-            None | Some((Some(_), None)) => {}
-            Some((None, Some(period))) if period.is_finite() && period > 0.0 => {}
-            Some((None, Some(period))) => {
+        match self.time.as_ref().map(|time| (&time.column, time.period_s, time.levels)) {
+            None | Some((Some(_), None, false) | (None, None, true)) => {}
+            Some((None, Some(period), false)) if period.is_finite() && period > 0.0 => {}
+            Some((None, Some(period), false)) => {
                 return Err(setting(format!("time: period_s = {period} is not a time")));
             }
-            _ => return Err(setting("time: give either `column` or `period_s`".to_owned())),
+            _ => return Err(setting("time: give one of `column`, `period_s` and `levels`".to_owned())),
         }
         let unit_of_time = self.time.as_ref().map_or("s", |time| time.unit.as_str());
         let time_unit = Unit::parse(unit_of_time, "s").map_err(|error| setting(format!("time: {error}")))?;

@@ -39,6 +39,8 @@ crate::thresholds! {
     guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
     /// [-] share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
     same_scale: f64 = 0.05, "-", "judgement";
+    /// [s] from row to row of a table of levels whose pauses nobody recorded.
+    level_period: f64 = 10.0, "s", "judgement: a rotor has settled";
     /// count: rows of a foreign table that are looked at to guess what its columns mean.
     guess_rows: usize = 2_000, "count", "judgement";
     /// [byte] of a foreign table that are looked at to find out how it is laid out.

@@ -114,7 +114,7 @@ pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser
     let mut text = String::from("# Guessed from names and values: check each signal, above all its unit.\n");
     text += toml::to_string(&layout)?.replace("signal = []\n", "").trim_end();
     if guessed.mapping.time.is_none() {
-        text += "\n\n# No column looked like the time (dates are not read): name one of seconds, or write period_s = 0.01 in its place.\n[time]\ncolumn = \"?\"\nunit = \"s\"";
+        text += "\n\n# No column looked like the time (dates are not read): name one of seconds, or write in its place period_s = 0.01 (a row each\n# 0.01 s), or levels = true (each row is a level of a thrust stand, read off or averaged once the rotor had settled).\n[time]\ncolumn = \"?\"\nunit = \"s\"";
     }
     for signal in &guessed.mapping.signal {
         let column = guessed.columns.iter().find(|it| it.signal == signal.name);

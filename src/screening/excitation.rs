@@ -18,6 +18,12 @@ pub(crate) enum SteadyCommand {
 }
 
 impl RotorLog {
+    /// Whether each row is a level of its own, at which the rotor has settled: points of a thrust stand, averaged or read off, with
+    /// seconds between them. A log of many such rows is one whose time is in another unit.
+    pub fn rows_are_levels(&self) -> bool {
+        self.interval > THRESHOLDS.slowest_samples && self.time.len() <= THRESHOLDS.most_levels
+    }
+
     /// Rows right after which the command jumps.
     pub fn jumps(&self) -> Vec<usize> {
         let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > THRESHOLDS.jump;

@@ -1,7 +1,7 @@
 //! What logs must be like before any model is held against them.
 
-use super::checks;
 use super::checks::value_too_great::VALUE_TOO_GREAT;
+use super::checks::{self, rows_are_levels};
 use super::duplicate_logs::is_copy;
 use super::suspicion::{Stops, Suspicion};
 use super::telemetry_rate::too_seldom;
@@ -52,6 +52,15 @@ fn beside_model(rotor: &ScreenedRotor, model: &Model) -> Vec<Suspicion> {
 pub fn check_magnitudes(log: &ScreenedLog) -> Result<(), ScreeningError> {
     let mut found = log.column_findings().filter(|it| it.code == VALUE_TOO_GREAT);
     found.next().map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found.clone()))))
+}
+
+/// Refuses rows that are levels each: a free run goes from row to row, and nobody knows what was between them.
+///
+/// # Errors
+/// [`ScreeningError::Column`] of the first rotor of which they are.
+pub fn check_runs(log: &ScreenedLog) -> Result<(), ScreeningError> {
+    let mut found = log.rotors().filter_map(|rotor| rows_are_levels::check(rotor.data()));
+    found.next().map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found.finding))))
 }
 
 /// Logs whose battery nobody measured, under a model that wants to know.

@@ -39,6 +39,8 @@ impl RotorLog {
 pub(crate) fn too_seldom(logs: &[ScreenedLog], rotors: &[usize], pole: f64) -> Vec<Finding> {
     let measured = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));
     let credible = measured.filter(|rotor| rotor.turns() && !rotor.stops_fits());
+    // Of rows that are levels each more than that is said.
+    let credible = credible.filter(|rotor| !rotor.data().rows_are_levels());
     credible.filter_map(|rotor| rotor.data().too_seldom(pole)).collect()
 }
 

@@ -123,6 +123,8 @@ crate::thresholds! {
     negative_rate: f64 = 0.05, "-", "judgement";
     /// [s] samples further apart say nothing of a rotor, whose transients last a tenth of that.
     slowest_samples: f64 = 2.0, "s", "judgement";
+    /// count: rows so far apart that are levels of a thrust stand, at most; more of them are a log whose time is in another unit.
+    most_levels: usize = 500, "count", "judgement: a day's work at a stand, and ten seconds of a log at 50 Hz";
     /// [rad/s] the noise of a rotor that stands stays below.
     standing_rate: f64 = 50.0, "rad/s", "judgement";
     /// Share of the ends of that noise within which its middle lies.

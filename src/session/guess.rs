@@ -104,6 +104,7 @@ impl GuessedLog {
             column: Some(time.column.clone()),
             unit: time.unit.clone(),
             period_s: None,
+            levels: false,
         });
         self.mapping.signal = signals(&self.columns);
         let names: Vec<&str> = self.columns.iter().map(|it| it.column.as_str()).collect();

@@ -7,6 +7,7 @@ mod findings;
 mod logs;
 mod margins;
 mod missing;
+mod points;
 mod readings;
 mod same_codes;
 mod screened;

@@ -63,7 +63,10 @@ fn errors_name_the_place_and_the_signal() {
         error(&signal("column = \"u\"\nunit = \"-\"\nclamp = [1.0, 0.0]\n")),
         "m.toml: signal `command_1`: `clamp` must go from low to high"
     );
-    assert_eq!(error("signal = []\n[time]\n"), "m.toml: time: give either `column` or `period_s`");
+    let one_clock = "m.toml: time: give one of `column`, `period_s` and `levels`";
+    for clock in ["", "column = \"t\"\nlevels = true", "period_s = 1.0\nlevels = true", "levels = false"] {
+        assert_eq!(error(&format!("signal = []\n[time]\n{clock}\n")), one_clock, "{clock}");
+    }
     assert_eq!(
         Mapping::load("nowhere").expect_err("unknown").to_string(),
         "no mapping `nowhere`: not a file, and not one of `rcbenchmark`"

@@ -12,6 +12,11 @@ pub use steps::step;
 
 use crate::screening::Finding;
 
+/// What became of a step.
+pub(crate) fn outcome(finding: &Finding) -> Option<String> {
+    steps::sentence(finding)
+}
+
 /// The sentence of a finding of this room.
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
     battery::sentence(finding)

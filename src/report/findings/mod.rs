@@ -53,5 +53,6 @@ pub fn outcome(part: &PipelineStep) -> String {
         "inertia_not_significant" | "no_torque_moves_body" => "; the template's J is kept",
         _ => "",
     };
-    format!("{}{kept}", text(&part.finding))
+    // In a table there is room for what the step lacks only.
+    format!("{}{kept}", identify::outcome(&part.finding).unwrap_or_else(|| text(&part.finding)))
 }

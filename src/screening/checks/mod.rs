@@ -59,6 +59,7 @@ checks! {
     /// Of the columns of a rotor whose rates are measured: whether they can be what their names say.
     ROTOR_COLUMNS: fn(&RotorLog) -> Option<Suspicion> = [
         samples_too_far_apart,
+        rows_are_levels,
         command_out_of_range,
         rate_too_fast,
         rotor_does_not_turn,

@@ -7,5 +7,6 @@ use crate::screening::thresholds::THRESHOLDS;
 /// Samples so far apart that the time is in another unit, or nothing can be seen.
 pub(crate) fn check(rotor: &RotorLog) -> Option<Suspicion> {
     let finding = rotor.finding("samples_too_far_apart").with("interval_s", rotor.interval);
-    (rotor.interval > THRESHOLDS.slowest_samples).then_some(Suspicion::impossible(finding))
+    let is_too_far = rotor.interval > THRESHOLDS.slowest_samples && !rotor.rows_are_levels();
+    is_too_far.then_some(Suspicion::impossible(finding))
 }

@@ -2,6 +2,7 @@
 
 use super::super::numbers::value_of;
 use crate::screening::Finding;
+use crate::unit::short;
 
 /// Rates that do not belong to their commands, and rotors that differ.
 pub(super) fn sentence(finding: &Finding) -> Option<String> {
@@ -23,6 +24,14 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
                 n("pole_rad_s")
             )
         }
+        "rates_answer_at_once" => format!(
+            "each rate is that of the command in its own row, {} ms from the next, as if the rotor followed with a pole of {:.0} 1/s, \
+             and no rotor with a propeller comes to {:.0}: where each row is a level at which the rotor had settled (the table of \
+             a thrust stand), say `levels = true` in its mapping, in place of a clock; else the rates were reckoned from the commands",
+            short(1e3 * n("interval_s")),
+            n("pole_rad_s"),
+            n("fastest_rad_s")
+        ),
         "rates_of_other_rotor" => {
             let both = if finding.count("crossed") > 1 {
                 format!(", and those of {other} the commands of {rotor}")

@@ -16,6 +16,12 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
              microseconds, import it with unit `ms` or `us`",
             number("interval_s")
         ),
+        "rows_are_levels" => format!(
+            "each of the {rows} rows, {:.0} s apart, is taken as a level at which the rotor had settled: `identify` takes the static \
+             curve, k_V and the thrust curve from them; nothing in them shows how the rotor follows its command (pole, delay), so \
+             nothing else is fitted to them; if the time is in milliseconds or microseconds, import it with unit `ms` or `us`",
+            number("interval_s")
+        ),
         "readings_too_seldom" => format!(
             "rates come at {} Hz, and a rotor with a pole of {} 1/s has settled between two of them: {} Hz are the least that show how \
              it follows, so pole and delay are not fitted to them (PX4: SDLOG_PROFILE; ArduPilot and ESCs: a faster telemetry)",
