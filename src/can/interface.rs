@@ -1,5 +1,6 @@
 //! The state of an interface, asked of the kernel by netlink: a round trip, so never in the cycle.
 
+use super::thresholds::THRESHOLDS;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -115,9 +116,6 @@ pub struct InterfaceAnswer {
     pub is_as_opened: bool,
 }
 
-/// How often an interface that is gone is looked for.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
-
 /// Reads the state of an interface on a thread of its own, whenever the cycle asks; and looks for it when it is gone.
 #[derive(Debug)]
 pub(super) struct InterfaceWatch {
@@ -191,13 +189,15 @@ impl Shared {
         let mut reported = None;
         loop {
             let is_lost = self.is_lost.load(Ordering::Acquire);
-            let is_asked =
-                match if is_lost { asked.recv_timeout(LOOK_EVERY) } else { asked.recv().map_err(Into::into) }
-                {
-                    Ok(()) => true,
-                    Err(RecvTimeoutError::Timeout) => false,
-                    Err(RecvTimeoutError::Disconnected) => return,
-                };
+            let is_asked = match if is_lost {
+                asked.recv_timeout(Duration::from_nanos(THRESHOLDS.interface_look_ns))
+            } else {
+                asked.recv().map_err(Into::into)
+            } {
+                Ok(()) => true,
+                Err(RecvTimeoutError::Timeout) => false,
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
             let Ok(status) = InterfaceStatus::read(interface) else { continue };
             let is_as_opened = status.is_as(opened);
             if status.is_up && is_as_opened && self.is_lost.swap(false, Ordering::AcqRel) {

@@ -19,6 +19,22 @@ crate::thresholds! {
     allocation_part_ns: u64 = 500_000_000, "ns", "DroneCAN specification (FOLLOWUP_TIMEOUT_MS)";
     /// [ns] for which a bench waits for a node id before it gives up: some ten requests
     allocation_patience_ns: u64 = 10_000_000_000, "ns", "judgement";
+    /// [ns] least time between two first requests for a node id
+    request_ns: u64 = 600_000_000, "ns", "DroneCAN specification (MIN_REQUEST_PERIOD_MS)";
+    /// [ns] most that is drawn beside it, so that two nodes do not ask at once
+    request_drawn_ns: u64 = 400_000_000, "ns", "DroneCAN specification (MAX_REQUEST_PERIOD_MS less the least)";
+    /// [ns] most that is drawn before the next part of a unique id is said
+    follow_up_drawn_ns: u64 = 400_000_000, "ns", "DroneCAN specification (MAX_FOLLOWUP_DELAY_MS)";
+    /// [ns] from look to look at what came, while a node id is waited for
+    allocation_look_ns: u64 = 2_000_000, "ns", "judgement: a frame in a queue waits no longer";
+    /// [ns] after which a node that did not answer is asked again
+    ask_again_ns: u64 = 500_000_000, "ns", "judgement: half of the specification's time-out of a service";
+    /// count: times that one question is asked
+    most_asked: u32 = 4, "count", "judgement: 2 s in all";
+    /// [ns] for which an emulated ESC believes that it is armed without hearing it again
+    armed_for_ns: u64 = 2_000_000_000, "ns", "judgement: the guard says it twice a second, and three in a row may be lost";
+    /// [ns] from look to look for an interface that is gone
+    interface_look_ns: u64 = 50_000_000, "ns", "judgement: nobody plugs an adapter in faster";
     /// [ns/ns] most that an adapter's clock and the machine's run apart
     adapter_drift: f64 = 200e-6, "-", "crystals of 100 ppm on both sides";
     /// [ns] beyond which an adapter's clock has been set anew rather than drifted

@@ -2,18 +2,13 @@
 
 use crate::can::error::CanError;
 use crate::can::frame::Frame;
+use crate::can::thresholds::THRESHOLDS;
 
 use super::allocation::{AllocationMessage, LONGEST, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
 use super::participant::Participant;
 use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, TransferKind, priority};
-
-/// [ns] least time between two first requests, and what is drawn beside it, so that two nodes do not ask at once.
-const REQUEST_NS: u64 = 600_000_000;
-const REQUEST_DRAWN_NS: u64 = 400_000_000;
-/// [ns] most that is drawn before the next part is said.
-const FOLLOW_UP_NS: u64 = 400_000_000;
 
 /// Asks for a node id.
 #[derive(Debug)]
@@ -84,7 +79,7 @@ impl Allocatee {
     }
 
     fn wait_for_request(&mut self, now_ns: u64) {
-        let wait_ns = REQUEST_NS + self.draw(REQUEST_DRAWN_NS);
+        let wait_ns = THRESHOLDS.request_ns + self.draw(THRESHOLDS.request_drawn_ns);
         self.request_ns = Some(now_ns.saturating_add(wait_ns));
     }
 
@@ -121,7 +116,7 @@ impl Participant for Allocatee {
         }
         self.allocator = Some(source);
         if is_ours && heard < UNIQUE {
-            let wait_ns = self.draw(FOLLOW_UP_NS);
+            let wait_ns = self.draw(THRESHOLDS.follow_up_drawn_ns);
             self.follow_up = Some((now_ns.saturating_add(wait_ns), heard));
         } else if is_ours && (1..=GREATEST_NODE).contains(&node_id) {
             self.given = Some((node_id, source));

@@ -4,7 +4,8 @@ use crate::can::frame::Frame;
 use crate::can::protocol::BenchEnd;
 use crate::can::roles::{Counts, Decoded, RotorCommands};
 use crate::can::route::FrameRefusal;
-use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::can::thresholds::THRESHOLDS;
+use crate::clock;
 use crate::signal::{Channel, Sensors};
 
 use super::asking::Asking;
@@ -16,8 +17,6 @@ use super::place::BitPlace;
 use super::store::{MOST_ANSWER, Store};
 use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, priority};
 
-/// [ns] for which an ESC believes that it is armed without hearing it again.
-const ARMED_FOR_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
 /// Node ids of the emulated ESCs, by index, and of everything else, where the bench file names none.
 const FIRST_ESC: u8 = 20;
 const FIRST_OTHER: u8 = 50;
@@ -246,7 +245,7 @@ impl BenchEnd for DronecanBenchEnd {
 
     fn may_turn(&self, now_ns: u64) -> bool {
         let (is_armed, heard_ns) = self.armed;
-        is_armed && now_ns.saturating_sub(heard_ns) <= ARMED_FOR_NS
+        is_armed && now_ns.saturating_sub(heard_ns) <= THRESHOLDS.armed_for_ns
     }
 
     fn due_ns(&self) -> u64 {

@@ -15,9 +15,6 @@ use super::allocation::{UNIQUE, UniqueId};
 use super::config::NodeId;
 use super::participant::Participant;
 
-/// How often it looks what came.
-const LOOK_EVERY: Duration = Duration::from_millis(2);
-
 /// The unique id of a bench: of this machine, the interface and the ESCs, so that it is the same after each start and no other
 /// bench has it.
 pub(super) fn unique_id(config: &BusConfig) -> UniqueId {
@@ -80,7 +77,7 @@ pub fn join(config: &BusConfig, is_over: &dyn Fn() -> bool) -> Result<BusConfig,
             // Dropped where there is no room: asked again.
             let _ = port.send(&frame);
         }
-        std::thread::sleep(LOOK_EVERY);
+        std::thread::sleep(Duration::from_nanos(THRESHOLDS.allocation_look_ns));
     }
     let seconds = clock::span_s(THRESHOLDS.allocation_patience_ns);
     Err(fail(match allocatee.allocator() {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::can::error::CanError;
 use crate::can::frame::Frame;
 use crate::can::resolve::fail;
-use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::can::thresholds::THRESHOLDS;
 
 use super::assembler::{Assembler, Subscription};
 use super::common::{self, Common};
@@ -16,8 +16,6 @@ use super::participant::Participant;
 use super::transfer::{GREATEST_NODE, TransferFrames, TransferHeader, TransferId, TransferKind, priority};
 use super::value::{Value, decode};
 
-/// [ns] after which a node that did not answer is asked again.
-const ASK_AGAIN_NS: u64 = NANOSECONDS_PER_SECOND / 2;
 /// Which of its subscriptions is that of a node that asks who this is.
 const INFO_REQUEST: usize = 2;
 /// How this node names itself while it asks, and where it gives node ids.
@@ -148,7 +146,7 @@ impl Participant for NodeMonitor {
         let mut frames: Vec<Frame> = self.node.status(now_ns, 0).into_iter().collect();
         frames.extend(std::iter::from_fn(|| self.node.answer()));
         for (id, (report, asked_ns)) in &mut self.nodes {
-            let is_time = *asked_ns == 0 || now_ns.saturating_sub(*asked_ns) >= ASK_AGAIN_NS;
+            let is_time = *asked_ns == 0 || now_ns.saturating_sub(*asked_ns) >= THRESHOLDS.ask_again_ns;
             if report.info.is_some() || !is_time {
                 continue;
             }

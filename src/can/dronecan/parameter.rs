@@ -5,7 +5,7 @@ use std::fmt;
 use crate::can::error::CanError;
 use crate::can::frame::Frame;
 use crate::can::resolve::fail;
-use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::can::thresholds::THRESHOLDS;
 
 use super::assembler::{Assembler, Subscription};
 use super::common::{Common, name};
@@ -17,9 +17,6 @@ use super::service::Service;
 use super::transfer::{Framing, GREATEST_NODE, TransferFrames, TransferId, TransferKind};
 use super::value::{Value, decode, encode};
 
-/// [ns] after which a question is asked again, and how often in all.
-const ASK_AGAIN_NS: u64 = NANOSECONDS_PER_SECOND / 2;
-const MOST_TRIES: u32 = 4;
 /// How this node names itself while it asks.
 const NAME: &str = "org.rotorbench.param";
 /// `ExecuteOpcode`: keep what is set over a restart.
@@ -244,10 +241,10 @@ impl Participant for ParameterClient {
         frames.extend(std::iter::from_fn(|| self.own.answer()));
         let Self { node, common, own, pending, answer, transfer_ids, .. } = self;
         let Some(question) = pending else { return frames };
-        if question.tries > 0 && now_ns.saturating_sub(question.asked_ns) < ASK_AGAIN_NS {
+        if question.tries > 0 && now_ns.saturating_sub(question.asked_ns) < THRESHOLDS.ask_again_ns {
             return frames;
         }
-        if question.tries == MOST_TRIES {
+        if question.tries == THRESHOLDS.most_asked {
             (*answer, *pending) = (Some(ParameterResponse::Silence), None);
             return frames;
         }
