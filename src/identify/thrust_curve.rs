@@ -36,6 +36,16 @@ fn pairs(log: &ScreenedLog, number: usize) -> Vec<(f64, f64)> {
     rate.iter().copied().zip(thrust.iter().copied()).filter(|(_, thrust)| thrust.is_finite()).collect()
 }
 
+/// Those of all logs; `None` of too few. Of rows that are levels each, fewer are enough.
+fn all_pairs(logs: &[ScreenedLog], rotors: &[usize]) -> Option<Vec<(f64, f64)>> {
+    let of_log = |log| rotors.iter().flat_map(move |number| pairs(log, *number));
+    let rows: Vec<(f64, f64)> = logs.iter().flat_map(of_log).collect();
+    let mut read = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));
+    let are_points = read.all(|rotor| rotor.data().rows_are_levels());
+    let fewest = if are_points { THRESHOLDS.fewest_points } else { THRESHOLDS.fewest_thrust_rows };
+    (rows.len() >= fewest).then_some(rows)
+}
+
 /// [N s²/rad²] c where an offset of the load cell is fitted beside it; `None` where the rates do not tell the two apart, or the offset
 /// is none.
 fn beside_offset(rows: &[(f64, f64)], thrust: &DVector<f64>) -> Option<Estimate> {
@@ -56,14 +66,7 @@ pub(crate) fn identify(
     hover_rate: f64,
     warnings: &mut Vec<Finding>,
 ) -> Option<ThrustCurve> {
-    let of_log = |log| rotors.iter().flat_map(move |number| pairs(log, *number));
-    let rows: Vec<(f64, f64)> = logs.iter().flat_map(of_log).collect();
-    let mut read = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));
-    let are_points = read.all(|rotor| rotor.data().rows_are_levels());
-    let fewest = if are_points { THRESHOLDS.fewest_points } else { THRESHOLDS.fewest_thrust_rows };
-    if rows.len() < fewest {
-        return None;
-    }
+    let rows = all_pairs(logs, rotors)?;
     let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
     let square = DMatrix::from_fn(rows.len(), 1, |row, _| rows[row].0.powi(2));
     let fit = least_squares::least_squares(&square, &y)?;

@@ -1,5 +1,6 @@
 //! The mapping file: what the columns of a foreign log mean.
 
+mod clock;
 mod error;
 mod shipped;
 
@@ -15,6 +16,7 @@ use super::signals::{LOG_SIGNALS, log_signal};
 use super::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
+pub use clock::TimeConfig;
 pub use error::MappingError;
 pub use shipped::SHIPPED;
 
@@ -55,33 +57,6 @@ pub struct MappingConfig {
     pub condition: Option<String>,
     /// The columns that are wanted.
     pub signal: Vec<SignalMapping>,
-}
-
-/// Where time comes from: a column, or a fixed period.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeConfig {
-    /// Name of the column.
-    #[serde(default)]
-    pub column: Option<String>,
-    /// Unit of the column.
-    #[serde(default = "second")]
-    pub unit: String,
-    /// [s] time from row to row, where no column holds it.
-    #[serde(default)]
-    pub period_s: Option<f64>,
-    /// Instead of either: each row is a level at which the rotor had settled, as a thrust stand's table of averages, and nobody
-    /// recorded the pauses between them.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub levels: bool,
-}
-
-impl TimeConfig {
-    /// [s] from row to row, where no column holds it.
-    pub(crate) fn period(&self) -> Option<f64> {
-        self.period_s.or(self.levels.then_some(THRESHOLDS.level_period))
-    }
 }
 
 /// What becomes of several columns.
@@ -336,14 +311,7 @@ impl MappingConfig {
         if self.decimal_comma && self.delimiter == ',' {
             return Err(setting("with `decimal_comma` the delimiter cannot be a comma too".to_owned()));
         }
-        match self.time.as_ref().map(|time| (&time.column, time.period_s, time.levels)) {
-            None | Some((Some(_), None, false) | (None, None, true)) => {}
-            Some((None, Some(period), false)) if period.is_finite() && period > 0.0 => {}
-            Some((None, Some(period), false)) => {
-                return Err(setting(format!("time: period_s = {period} is not a time")));
-            }
-            _ => return Err(setting("time: give one of `column`, `period_s` and `levels`".to_owned())),
-        }
+        self.time.as_ref().map_or(Ok(()), TimeConfig::check).map_err(setting)?;
         let unit_of_time = self.time.as_ref().map_or("s", |time| time.unit.as_str());
         let time_unit = Unit::parse(unit_of_time, "s").map_err(|error| setting(format!("time: {error}")))?;
         let filter = self.condition.as_deref().map(RowFilter::parse).transpose().map_err(setting)?;
