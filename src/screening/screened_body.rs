@@ -10,7 +10,8 @@
 //! - **Commands of rotors that nobody measured** drive it through the model of the rotors: the rows of [`ScreenedRotor`] in which
 //!   the commands are known, and not those in which a rotor stands or starts, for which that model has no law.
 //!
-//! A body that stands at a **stop** is not free, and a stretch ends there (`end_stop`). One that was **held still** answers to nothing, and none of its rows says anything (`body_held`).
+//! Rows that a check takes out (`BODY_ROWS`) end a stretch, under the code of its finding: a body that stands at a **stop** is not free.
+//! One that was **held still** answers to nothing, and none of its rows says anything (`body_held`).
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -20,7 +21,6 @@ use super::body::CheckedBody;
 use super::channel::{Judgement, rates_of_both};
 use super::checks;
 use super::checks::body_held::BODY_HELD;
-use super::checks::end_stop::END_STOP;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::missing_commands;
 use super::readings;
@@ -72,8 +72,26 @@ struct Checked {
     found: Vec<Finding>,
     /// What they found in its rows, and say of its columns.
     said: Vec<Finding>,
-    /// Rows in which it is free.
-    free: Vec<Range<usize>>,
+    /// Of each that took rows out: the others.
+    free: Vec<FreeRows>,
+}
+
+/// Rows in which a check takes the body for free.
+#[derive(Debug, Clone)]
+struct FreeRows {
+    rows: Vec<Range<usize>>,
+    /// The code of its finding: why the other rows are not scored.
+    code: &'static str,
+}
+
+impl FreeRows {
+    /// Of a log of `count` rows; `None` where the check took none out.
+    fn of(judged: &Judgement, count: usize) -> Option<Self> {
+        let mut is_free = vec![true; count];
+        judged.rows.iter().chain(&judged.biased).for_each(|row| is_free[*row] = false);
+        let rows = runs(count, |row| is_free[row]);
+        is_free.contains(&false).then_some(Self { rows, code: judged.finding.code })
+    }
 }
 
 impl Checked {
@@ -82,9 +100,7 @@ impl Checked {
         // Of a body that was held nothing more is to be said.
         let of_rows = if found.is_empty() { checks::BODY_ROWS } else { &[] };
         let judged: Vec<Judgement> = of_rows.iter().filter_map(|check| check(body)).collect();
-        let mut is_free = vec![true; body.log.len()];
-        judged.iter().flat_map(|judged| &judged.rows).for_each(|row| is_free[*row] = false);
-        let free = runs(is_free.len(), |row| is_free[row]);
+        let free = judged.iter().filter_map(|judged| FreeRows::of(judged, body.log.len())).collect();
         Self { found, said: judged.into_iter().map(|judged| judged.finding).collect(), free }
     }
 }
@@ -161,7 +177,8 @@ impl ScreenedBody {
     }
 
     fn driven(log: &Dataset, mut inputs: Vec<Input>, driven_by: DrivenBy, checked: Checked) -> Self {
-        inputs.push(Input { known: checked.free.clone(), lacks: END_STOP, modelled: None });
+        let free = checked.free.iter();
+        inputs.extend(free.map(|it| Input { known: it.rows.clone(), lacks: it.code, modelled: None }));
         let segments = log.segments();
         let each = inputs.iter().map(|input| &input.known[..]);
         let stretches = each.fold(segments.clone(), |known, input| common(&known, input));
@@ -193,9 +210,12 @@ impl ScreenedBody {
 
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
-        let is_free = |own: &usize| whole.left_out.reason(*own) != Some(END_STOP);
-        let free = runs(rows.len(), |row| is_free(&rows[row]));
-        self.stretches = common(&self.stretches, &free);
+        for &FreeRows { code, .. } in &whole.checked.free {
+            let free = runs(rows.len(), |row| whole.left_out.reason(rows[row]) != Some(code));
+            self.stretches = common(&self.stretches, &free);
+            // A part of this one asks for what was known of the whole, too.
+            self.checked.free.push(FreeRows { rows: free, code });
+        }
         self.left_out = self.left_out.and_of(&whole.left_out, rows);
         self.checked.found.clone_from(&whole.checked.found);
         self.checked.said.clone_from(&whole.checked.said);
@@ -347,6 +367,36 @@ mod tests {
             reasons(&log, [150, 202, 450, 560]),
             [None, Some(COMMANDS_MISSING), Some(STANDSTILL), None]
         );
+    }
+
+    /// Two checks that take out rows of their own: each is the reason of its rows, in a part of the log and in a part of that, too.
+    #[test]
+    fn rows_that_checks_take_out_have_the_code_of_the_first_as_their_reason() {
+        let log = log(&RATES, |_, _, value| value);
+        let body = |log: &Dataset, free: Vec<FreeRows>| {
+            let checked = Checked { found: Vec::new(), said: Vec::new(), free };
+            ScreenedBody::driven(log, Vec::new(), DrivenBy::MeasuredRates, checked)
+        };
+        let taken = |code, rows: Range<usize>| Judgement::new(Finding::new(code, BODY_RATE), rows.collect());
+        let judged = [taken("one", 100..150), taken("other", 140..200), taken("none", 0..0)];
+        let free = judged.iter().filter_map(|judged| FreeRows::of(judged, ROWS)).collect();
+        let whole = body(log.dataset(), free);
+        assert_eq!(whole.stretches(), [0..100, 200..ROWS]);
+        let reasons = |body: &ScreenedBody, rows: [usize; 4]| rows.map(|row| body.reason(row));
+        assert_eq!(reasons(&whole, [99, 100, 149, 150]), [None, Some("one"), Some("one"), Some("other")]);
+        assert_eq!(reasons(&whole, [199, 200, 0, 599]), [Some("other"), None, None, None]);
+        let part_of = |whole: &ScreenedBody, log: &Dataset, rows: Range<usize>| {
+            let log = log.of_rows(std::slice::from_ref(&rows));
+            let mut part = body(&log, Vec::new());
+            part.keep_to(whole, &rows.collect::<Vec<_>>());
+            (part, log)
+        };
+        let (part, log) = part_of(&whole, log.dataset(), 120..300);
+        assert_eq!(part.stretches(), std::slice::from_ref(&(80..180)));
+        assert_eq!(reasons(&part, [29, 30, 79, 80]), [Some("one"), Some("other"), Some("other"), None]);
+        let (part, _) = part_of(&part, &log, 60..180);
+        assert_eq!(part.stretches(), std::slice::from_ref(&(20..120)));
+        assert_eq!(reasons(&part, [0, 19, 20, 119]), [Some("other"), Some("other"), None, None]);
     }
 
     #[test]
