@@ -7,7 +7,7 @@ use rotorbench::can::dronecan::{
 use rotorbench::can::{
     BenchEnd, BridgeEnd, BusConfig, CanError, Frame, ProtocolName, RotorCommands, SignalConfig, protocol,
 };
-use rotorbench::signal::{Applied, Channel, Sample, Sensors};
+use rotorbench::signal::{Applied, Channel, Sample, Sensor, Sensors};
 
 pub const MS: u64 = 1_000_000;
 pub const S: u64 = 1_000 * MS;
@@ -76,8 +76,23 @@ pub fn node_status(source: u8, transfer_id: u8, [uptime, health, mode]: [i128; 3
     transfer("uavcan.protocol.NodeStatus", TransferKind::Message, source, transfer_id, &value)
 }
 
+/// What an IMU and two ESCs say.
+const OF_IMU_AND_ESCS: [Sensor; 6] = [
+    Sensor::BodyRate,
+    Sensor::Acceleration,
+    Sensor::BatteryVoltage,
+    Sensor::PropellerRate,
+    Sensor::Current,
+    Sensor::EscTemperature,
+];
+
 #[test]
 fn what_the_nodes_measure_reaches_the_bridge() {
+    let spoken = protocol(&config(), 0.02).expect("sound");
+    let signals = spoken.messages().into_iter().flat_map(|message| message.signals);
+    let roles: Vec<Channel> = signals.filter_map(|signal| signal.channel).collect();
+    let known = OF_IMU_AND_ESCS.iter().flat_map(|sensor| sensor.channels());
+    known.for_each(|channel| assert!(roles.contains(channel), "{channel}"));
     let (mut bridge, mut bench) = ends(&config());
     let sent_values = measured(S);
     let mut sensors = Sensors::default();
@@ -87,8 +102,7 @@ fn what_the_nodes_measure_reaches_the_bridge() {
     }
     for channel in Channel::ALL {
         let (sent_values, read) = (channel.of(&sent_values), channel.of(&sensors));
-        let has_role = !["body_angle", "thrust_1", "thrust_2", "motor_temperature_1", "motor_temperature_2"]
-            .contains(&channel.name());
+        let has_role = roles.contains(&channel);
         assert_eq!(updated & channel.bit() != 0, has_role, "{channel}");
         // Whole rpm, and eleven bits of a half float: both within a part in a thousand of these values.
         let error = (read.value - sent_values.value).abs();
