@@ -7,7 +7,7 @@ use std::fs;
 use rotorbench::estimation::quantile::MEDIAN_OF_NORMAL;
 use rotorbench::guard::GuardConfig;
 use rotorbench::log::LOG_SIGNALS;
-use rotorbench::signal::{After, Sensor};
+use rotorbench::signal::{After, Channel, Multiplicity, Sensor};
 use rotorbench::unit::UNITS;
 use rotorbench::{can, control, diagnose, fleet, identify, screening, session, studies};
 
@@ -223,6 +223,32 @@ fn time(after: After) -> String {
     }
 }
 
+/// The rows of the guard's table of sensors: those that it watches in the same way share one, in the order of their table.
+fn watched_sensors() -> Vec<String> {
+    let mut rows: Vec<(String, Vec<&str>, Vec<String>)> = Vec::new();
+    for sensor in Sensor::ALL {
+        let Some(row) = sensor.guard() else { continue };
+        let each = if sensor.row().multiplicity == Multiplicity::Single { "" } else { " (each)" };
+        let required = if row.required { "yes" } else { "no" };
+        let (stale, frozen) = (time(row.stale_after), time(row.frozen_after));
+        let cells = format!("NAMES{each} | {required} | RANGES | {stale} | {frozen}");
+        let range = range(row.range, sensor.unit());
+        match rows.iter_mut().find(|(known, ..)| *known == cells) {
+            Some((_, names, ranges)) => {
+                names.push(sensor.name());
+                if !ranges.contains(&range) {
+                    ranges.push(range);
+                }
+            }
+            None => rows.push((cells, vec![sensor.name()], vec![range])),
+        }
+    }
+    let written = |(cells, names, ranges): (String, Vec<&str>, Vec<String>)| {
+        format!("| {} |", cells.replace("NAMES", &names.join(", ")).replace("RANGES", &ranges.join(", ")))
+    };
+    rows.into_iter().map(written).collect()
+}
+
 #[test]
 fn the_guards_defaults_are_those_of_its_page() {
     let it = GuardConfig::default();
@@ -240,32 +266,19 @@ fn the_guards_defaults_are_those_of_its_page() {
         format!("`arm_timeout_s` ({} s)", it.arm_timeout_s),
         format!("`arm` and `disarm` older than {} s", it.request_time_to_live_s),
     ];
-    let row = |name: &str, sensors: &[(Sensor, &str)]| {
-        let rows = sensors.iter().map(|(sensor, unit)| (sensor.guard().expect("the guard watches it"), unit));
-        let ranges: Vec<String> = rows.clone().map(|(row, unit)| range(row.range, unit)).collect();
-        let others: Vec<String> = rows
-            .map(|(row, _)| {
-                let required = if row.required { "yes" } else { "no" };
-                format!("{required} | RANGE | {} | {}", time(row.stale_after), time(row.frozen_after))
-            })
-            .collect();
-        assert!(others.iter().all(|it| *it == others[0]), "{name}: {others:?}");
-        let mut distinct = ranges.clone();
-        distinct.dedup();
-        format!("| {name} | {} |", others[0].replace("RANGE", &distinct.join(", ")))
-    };
-    use Sensor::{
-        BatteryVoltage, BodyAngle, BodyRate, Current, EscTemperature, MotorTemperature, PropellerRate, Thrust,
-    };
-    phrases.extend([
-        row("body_rate", &[(BodyRate, "rad/s")]),
-        row("battery_voltage", &[(BatteryVoltage, "V")]),
-        row("propeller_rate (each)", &[(PropellerRate, "rad/s")]),
-        row("body_angle", &[(BodyAngle, "rad")]),
-        row("current, thrust (each)", &[(Current, "A"), (Thrust, "N")]),
-        row("esc_temperature, motor_temperature (each)", &[(EscTemperature, "K"), (MotorTemperature, "K")]),
-    ]);
+    phrases.extend(watched_sensors());
     holds("docs/guide/guard.md", &phrases);
+}
+
+/// Whoever adds a sensor is told which pages list them all.
+#[test]
+fn pages_that_list_the_sensors_have_every_one() {
+    let quoted = |name: &str| format!("`{name}`");
+    holds("docs/guide/can.md", &Channel::ALL.map(|channel| quoted(channel.name())));
+    holds("docs/guide/emulate.md", &Sensor::ALL.map(|sensor| quoted(sensor.name())));
+    let of_any_rotor = |name: &str| name.replace("_1", "_N").replace("_2", "_N");
+    let signals = LOG_SIGNALS.iter().map(|signal| quoted(&of_any_rotor(signal.name)));
+    holds("docs/guide/import.md", &signals.collect::<Vec<_>>());
 }
 
 /// Of an hour at 1 kHz, as measured: seconds and gigabytes, from the tool's own table.
