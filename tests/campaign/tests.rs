@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::answer::Answer;
 use crate::case::Question;
-use crate::catalogue::{ENTRIES, Kind};
+use crate::catalogue::{ENTRIES, Kind, SAG};
 use crate::experiment::{SUBSTEP, actuator, attitude};
 use crate::noise::Noise;
 use crate::plant::{Base, Hidden};
@@ -45,6 +45,16 @@ fn the_plant_makes_the_development_cases() {
         compared += 1;
     }
     assert!(compared >= 13, "only {compared} cases could be compared");
+}
+
+/// Of each effect of the catalogue it is known how the adversary hides it.
+#[test]
+fn every_effect_of_the_catalogue_may_be_hidden() {
+    let mut hidden: Vec<&str> = ENTRIES.iter().chain([&SAG]).map(|entry| entry.id).collect();
+    let mut known: Vec<&str> = rotorbench::effect::CATALOGUE.iter().map(|card| card.id).collect();
+    hidden.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(hidden, known, "tests/campaign/catalogue.rs (left) and the catalogue (right)");
 }
 
 /// Half the step changes nothing that a sensor could see: what is written is the law, not the integrator.
