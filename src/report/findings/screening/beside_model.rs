@@ -18,6 +18,8 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             short((1e3 * n("ratio")).round() / 1e3),
             electrical(n("ratio"))
         ),
+        "rate_unlike_template" => unlike_template(finding, "rates", "rad/s"),
+        "thrust_unlike_template" => unlike_template(finding, "thrusts", "N") + &other_propeller(finding),
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
              is another battery, make its model first (`rotorbench identify`, with `--full-voltage-v` what it has when full)",
@@ -74,8 +76,35 @@ fn torque_scale(finding: &Finding) -> String {
     )
 }
 
+/// What to do where the thrusts are right, and another propeller's.
+fn other_propeller(finding: &Finding) -> String {
+    let column = finding.text("column");
+    format!(
+        "; if `{column}` is in N, give a model with this propeller's c (`--template` of `identify`, else `--model`)"
+    )
+}
+
+/// Numbers that are a multiple of what the rotor of the model, or of the template of a fit, does.
+fn unlike_template(finding: &Finding, what: &str, si: &str) -> String {
+    let unit = finding.text("unit");
+    format!(
+        "{what} from {:.4} to {:.4} {si} are {} times what the model's rotor does at these commands; {}",
+        finding.number("least"),
+        finding.number("greatest"),
+        short((1e3 * finding.number("ratio")).round() / 1e3),
+        if unit.is_empty() {
+            "is the unit of the column right?".to_owned()
+        } else {
+            let or = if si == "rad/s" { electrical(finding.number("ratio")) } else { "" };
+            format!(
+                "if the column is in {unit}, import it with unit `{unit}`{or}; everything in {si} is off by that else"
+            )
+        }
+    )
+}
+
 /// What more a rate may be that is `ratio` times what is expected: an ESC counts pole pairs times the rotor's turns.
-pub(super) fn electrical(ratio: f64) -> &'static str {
+fn electrical(ratio: f64) -> &'static str {
     if ratio > 1.0 {
         "; if it was, is it electrical rpm? `scale` = 1 / pole pairs beside the unit"
     } else {

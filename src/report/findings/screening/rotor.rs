@@ -1,7 +1,6 @@
 //! Sentences for what is found of one rotor's command, rate, thrust and battery.
 
 use super::super::numbers::{counted, digits};
-use super::beside_model::electrical;
 use super::cells::more_places;
 use crate::screening::Finding;
 use crate::unit::{short, with_error};
@@ -87,8 +86,6 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             finding.numbers("at").iter().map(|at| short(*at)).collect::<Vec<_>>().join(" and "),
             finding.count("readings")
         ),
-        "rate_unlike_template" => unlike_template(finding, "rates", "rad/s"),
-        "thrust_unlike_template" => unlike_template(finding, "thrusts", "N") + &other_propeller(finding),
         "standstill_left_out" => format!(
             "{rows} samples at commands below {} or within {} s after are left out: a rotor that stands or starts does not follow \
              the model",
@@ -192,31 +189,4 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         _ => return None,
     };
     Some(said)
-}
-
-/// What to do where the thrusts are right, and another propeller's.
-fn other_propeller(finding: &Finding) -> String {
-    let column = finding.text("column");
-    format!(
-        "; if `{column}` is in N, give a model with this propeller's c (`--template` of `identify`, else `--model`)"
-    )
-}
-
-/// Numbers that are a multiple of what the rotor of the model, or of the template of a fit, does.
-fn unlike_template(finding: &Finding, what: &str, si: &str) -> String {
-    let unit = finding.text("unit");
-    format!(
-        "{what} from {:.4} to {:.4} {si} are {} times what the model's rotor does at these commands; {}",
-        finding.number("least"),
-        finding.number("greatest"),
-        short((1e3 * finding.number("ratio")).round() / 1e3),
-        if unit.is_empty() {
-            "is the unit of the column right?".to_owned()
-        } else {
-            let or = if si == "rad/s" { electrical(finding.number("ratio")) } else { "" };
-            format!(
-                "if the column is in {unit}, import it with unit `{unit}`{or}; everything in {si} is off by that else"
-            )
-        }
-    )
 }
