@@ -1,5 +1,5 @@
-//! What a bus protocol is for the rest of the program: both ends of the bus, and what `check` says of it. Nothing above this
-//! room knows which protocol a bench speaks.
+//! What a bus protocol is for the rest of the program: both ends of the bus, and what `check` says of it. No loop above this room
+//! knows which protocol a bench speaks; by name it is known to those that play a built-in bench or ask the nodes of DroneCAN.
 //!
 //! An end is built once and then works frame by frame, without allocating, in a time that no frame can stretch.
 

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+
 use super::check::Template;
 use super::operate::BenchArguments;
 use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
-use crate::can::CanError;
+use crate::can::{CanError, ProtocolName};
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
@@ -31,7 +34,7 @@ pub struct Arguments {
     arm: bool,
     /// Play the bench that is built in for this protocol
     #[arg(long, value_name = "PROTOCOL", requires = "can", conflicts_with = "config")]
-    protocol: Option<Protocol>,
+    protocol: Option<ProtocolName>,
     /// On DroneCAN: the emulated nodes have no node ids, and ask an allocator for them
     #[arg(long, conflicts_with = "shm")]
     dynamic_ids: bool,
@@ -62,13 +65,18 @@ struct Door {
     can: Option<String>,
 }
 
-/// What a bus speaks.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum Protocol {
-    /// Frames that DBC files describe
-    Dbc,
-    /// DroneCAN, version 0
-    Dronecan,
+/// As `--protocol` takes it, and what help says of it.
+impl ValueEnum for ProtocolName {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Dbc, Self::Dronecan]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Self::Dbc => PossibleValue::new("dbc").help("Frames that DBC files describe"),
+            Self::Dronecan => PossibleValue::new("dronecan").help("DroneCAN, version 0"),
+        })
+    }
 }
 
 /// What the emulated bench is made of, over what the bench file says.
@@ -165,8 +173,8 @@ pub(super) fn impulse(text: &str) -> Result<Impulse, UsageError> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let mut config = match arguments.protocol {
-        Some(Protocol::Dronecan) => Template::Dronecan.bench()?,
-        Some(Protocol::Dbc) | None => arguments.bench.load()?,
+        Some(ProtocolName::Dronecan) => Template::Dronecan.bench()?,
+        Some(ProtocolName::Dbc) | None => arguments.bench.load()?,
     };
     arguments.plant.apply(&mut config)?;
     let shutdown = Shutdown::listen()?;
