@@ -38,9 +38,10 @@ fn option_words(text: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// The program's commands, and the options of each, those of its own commands among them.
+/// The program's commands, the commands of these, and the options of each, those of its own commands among them.
 pub struct Commands {
     pub names: BTreeSet<String>,
+    pub own: BTreeMap<String, Vec<String>>,
     pub options: BTreeMap<String, BTreeSet<String>>,
 }
 
@@ -53,34 +54,48 @@ impl Commands {
             String::from_utf8(done.stdout).expect("UTF-8")
         };
         let general = String::from_utf8(rotorbench(root(), &["--help"]).stdout).expect("UTF-8");
+        let is_name = |word: &&str| {
+            word.starts_with(|it: char| it.is_ascii_lowercase())
+                && word.chars().all(|it| it.is_ascii_lowercase() || it == '-')
+        };
         let names: BTreeSet<String> = general
             .lines()
             .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
-            .filter(|word| word.chars().all(|it| it.is_ascii_lowercase()) && *word != "help")
+            .filter(|word| is_name(word) && *word != "help")
             .map(str::to_owned)
             .collect();
         assert!(names.contains("diagnose") && names.len() > 20, "{names:?}");
-        let own = |command: &str| match command {
-            "experiment" => &["constant", "ramp", "steps", "prbs", "chirp"][..],
-            "fleet" => &["plan", "run", "merge"],
-            "dronecan" => &["list", "param", "allocate"],
-            _ => &[],
-        };
-        let options = |command: &String| {
-            let mut options = option_words(&help(command));
-            own(command)
-                .iter()
-                .for_each(|it| options.extend(option_words(&help(&format!("{command} {it}")))));
-            (command.clone(), options)
-        };
-        Self { options: names.iter().map(options).collect(), names }
+        let (mut own, mut options) = (BTreeMap::new(), BTreeMap::new());
+        for command in &names {
+            let text = help(command);
+            let (below, mut words) = (own_commands(&text), option_words(&text));
+            below.iter().for_each(|it| words.extend(option_words(&help(&format!("{command} {it}")))));
+            own.insert(command.clone(), below);
+            options.insert(command.clone(), words);
+        }
+        Self { names, own, options }
     }
+}
+
+/// The commands of a command, as its help lists them.
+fn own_commands(help: &str) -> Vec<String> {
+    let listed = help.split_once("\nCommands:\n").map_or("", |(_, behind)| behind);
+    let lines = listed.lines().take_while(|line| !line.is_empty());
+    // What goes on from the line before stands further in.
+    let names = lines.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    names.filter(|name| !["", "help"].contains(name)).map(str::to_owned).collect()
 }
 
 /// A command that lacks only a command answers with its help, as one that asks for help.
 #[test]
 fn a_command_alone_shows_its_help() {
-    for command in ["", "experiment", "fleet", "dronecan"] {
+    let commands = Commands::of_the_program();
+    let with_own = commands.own.iter().filter(|(_, own)| !own.is_empty());
+    let with_own: Vec<&str> = with_own.map(|(command, _)| command.as_str()).collect();
+    for command in ["experiment", "fleet", "dronecan"] {
+        assert!(with_own.contains(&command), "{command}: {:?}", commands.own);
+    }
+    for command in with_own.into_iter().chain([""]) {
         let words: Vec<&str> = command.split_whitespace().collect();
         let done = rotorbench(root(), &words);
         let asked = rotorbench(root(), &[&words[..], &["-h"]].concat());
