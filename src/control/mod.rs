@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_controller_is_never_called_by_the_name_of_another() {
-        let codes = [code::EMC, code::PID, code::EXPERIMENT, 0, 4];
-        assert_eq!(codes.map(code::name), ["EMC", "PID", "experiment", "controller 0", "controller 4"]);
+        let codes = [code::EMC, code::PID, code::EXPERIMENT, 0, 99];
+        assert_eq!(codes.map(code::name), ["EMC", "PID", "experiment", "controller 0", "controller 99"]);
     }
 }
