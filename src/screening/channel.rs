@@ -33,7 +33,7 @@ pub(crate) fn screened(log: &Dataset) -> Vec<&str> {
     found.into_iter().map(|(_, name)| name).collect()
 }
 
-/// What a check found in a channel.
+/// What a check found, and the rows it is about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// What, and how many rows.
