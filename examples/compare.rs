@@ -9,7 +9,7 @@ use rotorbench::cancel::Cancel;
 use rotorbench::compare::{CompareConfig, Comparison};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::ExperimentPlan;
 use rotorbench::session::{self, Job};
 
 /// Prints the result.

@@ -10,7 +10,7 @@ use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
 use rotorbench::report::measure::measure;
-use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::ExperimentPlan;
 use rotorbench::screening::ScreenedLog;
 use rotorbench::session::{self, Extended, Job};
 

@@ -10,7 +10,7 @@ use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::effect::Site;
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::{Model, UserEffect, UserParameter};
-use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::ExperimentPlan;
 use rotorbench::session::{self, Job};
 
 /// What the law adds to the torque on the body [N m]: a spring that gets stiffer as it bends.

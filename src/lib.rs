@@ -11,7 +11,7 @@
 //!
 //! ```
 //! use rotorbench::{bench::BenchConfig, cancel::Cancel, diagnose::DiagnoseConfig, emulate::HiddenConfig, model::Model};
-//! use rotorbench::{runtime::controller_plant::ExperimentPlan, session, session::Job};
+//! use rotorbench::{runtime::ExperimentPlan, session, session::Job};
 //!
 //! let cancel = Cancel::default();
 //! let job = Job::unwatched(&cancel);

@@ -6,6 +6,7 @@ use std::io;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
 use super::interface::InterfaceAnswer;
+use crate::clock;
 
 /// What arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -164,6 +165,22 @@ impl fmt::Display for BusFault {
             Self::Other(number) => io::Error::from_raw_os_error(*number).fmt(formatter),
         }
     }
+}
+
+/// Gives each of these frames to what carries them: how many it took, [ns] when all were out or dropped, and the first fault.
+pub(super) fn give_each(
+    frames: &[Frame],
+    mut give: impl FnMut(&Frame) -> Result<(), BusFault>,
+) -> (usize, u64, Option<BusFault>) {
+    let (mut given, mut first) = (0, None);
+    for frame in frames {
+        match give(frame) {
+            Ok(()) => given += 1,
+            Err(fault) => first = first.or(Some(fault)),
+        }
+    }
+    // The clock is read when the frames are out already, once for all that needs to know when that was.
+    (given, clock::monotonic_ns(), first)
 }
 
 #[cfg(test)]

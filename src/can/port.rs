@@ -12,7 +12,7 @@ use socketcan::{CanSocket, Socket, SocketOptions};
 
 use crate::clock;
 
-use super::bus::{Arrival, Bus, BusFault, PortCounts};
+use super::bus::{Arrival, Bus, BusFault, PortCounts, give_each};
 use super::echo::{Awaited, EchoSocket};
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
@@ -256,12 +256,9 @@ impl Port {
 
     /// Sends frames, as [`Port::send`] does one by one; [ns] when all were out or dropped, and the first fault.
     pub fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<BusFault>) {
-        let before = self.counts.sent;
-        let fault = frames.iter().fold(None, |fault, frame| fault.or(self.give(frame).err()));
-        // The clock is read when the frames are out already, once for all that needs to know when that was.
-        let now_ns = clock::monotonic_ns();
+        let (given, now_ns, fault) = give_each(frames, |frame| self.give(frame));
         if !frames.is_empty() {
-            self.awaited.sent((self.counts.sent - before) as usize, now_ns);
+            self.awaited.sent(given, now_ns);
         }
         (now_ns, fault)
     }

@@ -8,7 +8,7 @@ use crate::bench::{BenchConfig, BenchError};
 use crate::can::protocol;
 use crate::model::Model;
 use crate::report::check;
-use crate::runtime::{controller_plant, emulate};
+use crate::runtime::{controller_plant, emulate, guard};
 use crate::session::BenchCheck;
 
 /// Arguments of `check`.
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let config = arguments.bench.load()?;
     let spoken = protocol(&config.bus, config.period_s)?;
-    let guard = controller_plant::guard(&config)?;
+    let guard = guard::of_bench(&config)?;
     controller_plant::command_source(&config)?;
     let model = Model::load(Path::new(&config.model))?;
     config.real_time.check()?;

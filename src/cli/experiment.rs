@@ -17,7 +17,7 @@ use crate::file::write_atomically;
 use crate::log::{csv, export};
 use crate::report;
 use crate::rt::Shutdown;
-use crate::runtime::controller_plant::ExperimentPlan;
+use crate::runtime::ExperimentPlan;
 use crate::runtime::experiment::{self, Ending};
 use crate::session;
 

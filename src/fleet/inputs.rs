@@ -7,6 +7,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::{FleetBench, FleetError};
+use crate::session::addressed;
 
 /// Version of what an answer holds: an older one is made anew.
 const FORM: &str = "1";
@@ -34,21 +35,12 @@ pub(super) fn hash(bench: &FleetBench) -> Result<String, FleetError> {
     }
     for (kind, logs) in [("log", &bench.log), ("validate", &bench.validate)] {
         for log in logs {
-            add(kind, &format!("{} {}", addressed(log).1, of_file(&addressed(log).0)?));
+            let (file, part) = addressed(log);
+            let part = part.map_or(String::new(), |part| part.to_string());
+            add(kind, &format!("{part} {}", of_file(&file)?));
         }
     }
     Ok(hex(&all.finalize()))
-}
-
-/// The file of a log, and which part of it is meant: `FILE#2`.
-fn addressed(log: &Path) -> (std::path::PathBuf, String) {
-    let text = log.to_string_lossy();
-    match text.rsplit_once('#') {
-        Some((file, part)) if !log.exists() && part.parse::<usize>().is_ok() => {
-            (file.into(), part.to_owned())
-        }
-        _ => (log.to_owned(), String::new()),
-    }
 }
 
 fn of_file(path: &Path) -> Result<String, FleetError> {

@@ -209,8 +209,6 @@ crate::thresholds! {
     forgotten_after: f64 = 4.0, "time constants", "exp(-4) = 0.018";
     /// count: knots of the voltage's course, at most: 40 minutes of the shortest bends.
     most_knots: usize = 240, "count", "judgement (time of computing)";
-    /// [intervals] rows so far apart are drawn with a gap between them
-    drawn_gap: f64 = 5.0, "intervals", "judgement";
     /// [rows] by which commands may stand late in a log: a row, or half of one.
     command_leads: [f64; 2] = [1.0, 0.5], "rows", "loggers that write a command with the next row";
     /// count: degrees of g(u) that are tried.

@@ -56,7 +56,6 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
             each.iter().map(|&(row, forced)| (rotor.time[row], rotor.rate[row], forced + start * left(row))),
         );
     }
-    let shown = with_holes(&traces, rotor.interval);
     if traces.len() < THRESHOLDS.fewest_validated {
         return None;
     }
@@ -73,20 +72,6 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         worst_percent: quantile(percent(), THRESHOLDS.worst_share).unwrap_or(f64::NAN),
         fit_percent: 100.0 * (1.0 - (squares / around.max(f64::MIN_POSITIVE)).sqrt()),
         samples,
-        traces: shown,
+        traces,
     })
-}
-
-/// The traces with a row that is not a number wherever rows are missing, so that no line is drawn over a hole.
-fn with_holes(traces: &[(f64, f64, f64)], interval: f64) -> Vec<(f64, f64, f64)> {
-    let mut shown = Vec::with_capacity(traces.len());
-    let mut last = f64::INFINITY;
-    for trace in traces {
-        if trace.0 - last > THRESHOLDS.drawn_gap * interval {
-            shown.push((0.5 * (last + trace.0), f64::NAN, f64::NAN));
-        }
-        shown.push(*trace);
-        last = trace.0;
-    }
-    shown
 }

@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use libc::{c_int, c_void, sigaction, siginfo_t};
 
+use super::thread::answer_of;
+
 /// What is listened to here; all other signals in `shutdown.rs`.
 pub(super) const FAULTS: [c_int; 4] = [libc::SIGBUS, libc::SIGSEGV, libc::SIGILL, libc::SIGFPE];
 
@@ -49,7 +51,7 @@ pub fn survive_lost_memory() -> io::Result<()> {
     unsafe {
         let mut before: [sigaction; FAULTS.len()] = mem::zeroed();
         for (signal, action) in FAULTS.into_iter().zip(&mut before) {
-            check(libc::sigaction(signal, ptr::null(), action))?;
+            answer_of(libc::sigaction(signal, ptr::null(), action))?;
         }
         if BEFORE.set(before).is_err() {
             return Ok(());
@@ -60,14 +62,10 @@ pub fn survive_lost_memory() -> io::Result<()> {
         // On a stack of its own: a stack that overflowed is one of the defects.
         ours.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK | libc::SA_RESTART;
         for signal in FAULTS {
-            check(libc::sigaction(signal, &raw const ours, ptr::null_mut()))?;
+            answer_of(libc::sigaction(signal, &raw const ours, ptr::null_mut()))?;
         }
     }
     Ok(())
-}
-
-fn check(code: c_int) -> io::Result<()> {
-    if code == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
 /// The handler. No allocation, no lock: it may run between any two instructions.

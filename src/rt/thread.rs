@@ -125,7 +125,7 @@ impl RealTimeConfig {
             // cannot allocate ends at once.
             let what = libc::MCL_CURRENT | if limit.is_none() { libc::MCL_FUTURE } else { 0 };
             // SAFETY: no pointer arguments.
-            ask("locked memory", result(unsafe { libc::mlockall(what) }));
+            ask("locked memory", answer_of(unsafe { libc::mlockall(what) }));
             if let Some(limit) = limit {
                 let why = format!("the limit is {} kB, see `ulimit -l`", limit / 1024);
                 ask("locked memory of later allocations", Err(io::Error::other(why)));
@@ -137,7 +137,7 @@ impl RealTimeConfig {
         if self.timer_slack_ns > 0 {
             // SAFETY: no pointer arguments.
             let code = unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, self.timer_slack_ns) };
-            ask("timer slack", result(code));
+            ask("timer slack", answer_of(code));
         }
         if self.priority > 0 {
             ask(&format!("SCHED_FIFO {}", self.priority), schedule(self.priority));
@@ -164,7 +164,8 @@ fn touch_stack() {
     std::hint::black_box(&mut pages);
 }
 
-fn result(code: i32) -> io::Result<()> {
+/// What a call of the system says by zero or `errno`.
+pub(super) fn answer_of(code: i32) -> io::Result<()> {
     if code == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
@@ -172,7 +173,7 @@ fn result(code: i32) -> io::Result<()> {
 fn schedule(priority: u8) -> io::Result<()> {
     let parameters = libc::sched_param { sched_priority: i32::from(priority) };
     // SAFETY: `parameters` is valid for the call; 0 is the calling thread.
-    result(unsafe {
+    answer_of(unsafe {
         libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &raw const parameters)
     })
 }
@@ -204,7 +205,7 @@ fn stay_on(processor: usize) -> io::Result<()> {
         set
     };
     // SAFETY: `set` is valid and as long as said; 0 is the calling thread.
-    result(unsafe { libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set) })
+    answer_of(unsafe { libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set) })
 }
 
 #[allow(unsafe_code, reason = "std does not say on which processors a thread may run")]

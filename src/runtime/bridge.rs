@@ -56,7 +56,7 @@ impl BridgeLoop {
     /// A second bridge on the same bench; a bus, DBC file or role that cannot be.
     pub fn open(config: &BenchConfig, log: LogQueue, shutdown: &Shutdown) -> Result<Self, ProcessError> {
         config.check()?;
-        let guard = super::controller_plant::guard(config)?;
+        let guard = super::guard::of_bench(config)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
         let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Bridge)?;

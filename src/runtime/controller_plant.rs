@@ -2,16 +2,13 @@
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
 use super::ProcessError;
 use super::command_source::CommandSource;
+use super::experiment_plan::ExperimentPlan;
 use crate::bench::BenchConfig;
 use crate::control::design::LoopPlant;
 use crate::control::{Allocator, Compensation, PlantParameters};
 use crate::effect::{Site, Term};
-use crate::experiment::{ExperimentConfig, Rotors, Waveform};
-use crate::guard::Guard;
 use crate::model::Model;
 
 /// The plant of `model`, and what of its effects a controller can cancel.
@@ -57,43 +54,6 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
     Allocator::build(&plant, &compensation)
         .map_err(|error| ProcessError::Plant { model: model.name.clone(), error })?;
     Ok((plant, compensation))
-}
-
-/// The bench's guard, with its model where the speeds are held against it.
-///
-/// # Errors
-/// [`ProcessError::Guard`] names the setting; [`ProcessError::Model`] when the model cannot be read.
-pub fn guard(config: &BenchConfig) -> Result<Guard, ProcessError> {
-    if !config.guard.speed_check.on {
-        return Ok(config.guard.build(config.period_s)?);
-    }
-    Ok(config.guard.build_on(config.period_s, &Model::load(Path::new(&config.model))?)?)
-}
-
-/// An experiment and how it is run: written into a recording, so that it can be repeated.
-///
-/// Run on the emulator by [`crate::session::run_emulated`]: `examples/compare.rs`.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExperimentPlan {
-    /// Whether its deviation rides on the controller; else it commands the rotors alone.
-    pub closed_loop: bool,
-    /// The experiment.
-    pub experiment: ExperimentConfig,
-}
-
-impl ExperimentPlan {
-    /// The experiment that shows most of an attitude bench in one log: a PRBS of `amplitude` [-] on rotor 1, and against it on
-    /// rotor 2, on top of the running controller for `seconds` [s].
-    #[must_use]
-    pub fn closed_loop_prbs(amplitude: f64, seconds: f64) -> Self {
-        let shape = Waveform::Prbs { amplitude, bandwidth_hz: 0.0, duration_s: seconds, seed: 1 };
-        let plant = PlantParameters::paper();
-        let around = plant.command_for(plant.hover_rate);
-        let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around, lead_in_s: 3.0 };
-        Self { closed_loop: true, experiment }
-    }
 }
 
 /// The linear plant of `model` at rest at `angle` [rad], with the effects that change the loop: delays, lags, and

@@ -54,7 +54,7 @@ pub fn behind_guard(
 ) -> Result<GuardedSummary, ProcessError> {
     config.check()?;
     let emulator = emulator(config)?;
-    let guard = super::controller_plant::guard(config)?;
+    let guard = super::guard::of_bench(config)?;
     let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Emulate)?;
     let mut guard = BusGuard::open(&bench, guard, clock::span_ns(config.period_s))?;
     if arm {

@@ -5,11 +5,12 @@ use std::path::Path;
 use super::ProcessError;
 use super::command_source::CommandSource;
 use super::control;
-use super::controller_plant::{self, ExperimentPlan};
+use super::experiment_plan::ExperimentPlan;
 use super::lockstep::{Interference, Lockstep};
 use super::record::Background;
 use super::thresholds::THRESHOLDS;
 use super::trace::LogTrace;
+use super::{controller_plant, guard};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::experiment::{Experiment, ExperimentError};
@@ -58,7 +59,7 @@ pub fn prepare(
 ) -> Result<(Experiment, CommandSource), ProcessError> {
     config.check()?;
     let experiment = plan.experiment.build(config.period_s)?;
-    let guard = controller_plant::guard(config)?;
+    let guard = guard::of_bench(config)?;
     experiment.check(&guard.limits()).map_err(ExperimentError::from)?;
     let source = if plan.closed_loop {
         controller_plant::command_source(config)?.excited_by(experiment.clone())
@@ -82,7 +83,7 @@ pub fn in_lockstep(
     /// Slots between two words on progress.
     const REPORT_SLOTS: u64 = 5000;
     let (experiment, source) = prepare(config, plan)?;
-    let guard = controller_plant::guard(config)?;
+    let guard = guard::of_bench(config)?;
     let bench = Lockstep::new(super::emulate::emulator(config)?, source, config.period_s).guarded(guard);
     let mut state = bench.start();
     let mut trace = LogTrace::default();

@@ -9,6 +9,8 @@ pub mod control_output;
 pub mod controller_plant;
 pub mod emulate;
 pub mod experiment;
+pub mod experiment_plan;
+pub mod guard;
 mod imu_trigger;
 pub mod lockstep;
 pub mod monitor;
@@ -19,6 +21,8 @@ pub mod run;
 mod sensor_watch;
 pub mod thresholds;
 pub mod trace;
+
+pub use experiment_plan::ExperimentPlan;
 
 use crate::bench::BenchError;
 use crate::can::CanError;

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::ProcessError;
 use super::control::{end_after, is_before};
-use super::controller_plant::ExperimentPlan;
+use super::experiment_plan::ExperimentPlan;
 use super::lockstep::Interference;
 use crate::bench::BenchConfig;
 use crate::can::{Bus, BusPort};

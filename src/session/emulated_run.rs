@@ -2,8 +2,8 @@
 
 use super::{Job, SessionError};
 use crate::bench::BenchConfig;
+use crate::runtime::ExperimentPlan;
 use crate::runtime::ProcessError;
-use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment;
 use crate::screening::ScreenedLog;
 

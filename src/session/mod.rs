@@ -52,6 +52,7 @@ pub use identify::identify;
 pub use job::{Job, Progress};
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
+pub(crate) use open::addressed;
 pub use open::{
     OpenConfig, Opened, between, open, open_all, open_mapped, require_rotors, rotors, save_log, summarize,
 };

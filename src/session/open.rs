@@ -184,7 +184,7 @@ fn rotors_of<'a>(logs: impl Iterator<Item = &'a Dataset>) -> Vec<usize> {
 }
 
 /// A file and which log of it, where `FILE#N` is no file itself.
-pub(super) fn addressed(path: &Path) -> (PathBuf, Option<usize>) {
+pub(crate) fn addressed(path: &Path) -> (PathBuf, Option<usize>) {
     let text = path.to_str().filter(|_| !path.exists());
     let parts = text.and_then(|text| text.rsplit_once('#'));
     match parts.and_then(|(file, number)| Some((file, number.parse().ok()?))) {

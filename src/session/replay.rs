@@ -7,8 +7,8 @@ use crate::bench::BenchConfig;
 use crate::model::Model;
 use crate::recording::{End, RecordedItem, Recording, RecordingMetadata};
 use crate::runtime::ProcessError;
-use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::replay::{Replay, ReplayResult};
+use crate::runtime::{ExperimentPlan, controller_plant};
 
 /// What is replayed, and with what.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -11,7 +11,7 @@ use crate::cancel::Cancel;
 use crate::emulate::HiddenConfig;
 use crate::experiment::{ExperimentConfig, Rotors, Waveform};
 use crate::log::csv;
-use crate::runtime::controller_plant::ExperimentPlan;
+use crate::runtime::ExperimentPlan;
 use crate::session::{self, Job};
 
 /// Where they go: the folder of `demo`.

@@ -11,7 +11,7 @@ use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::identify::{IdentifyError, IdentifySettings};
 use rotorbench::log::Dataset;
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::ExperimentPlan;
 use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::screening::{Finding, ScreenedLog, ScreeningError};
 use rotorbench::session::{self, Job, SessionError};

@@ -13,7 +13,7 @@ use rotorbench::experiment::{ExperimentConfig, Rotors, Waveform};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::ExperimentPlan;
 use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::screening::summary::LogSummary;
 use rotorbench::screening::{Finding, ScreenedLog};

@@ -15,7 +15,7 @@ use std::os::fd::{AsRawFd, RawFd};
 
 use crate::clock;
 
-use super::bus::{Arrival, Bus, BusFault, PortCounts};
+use super::bus::{Arrival, Bus, BusFault, PortCounts, give_each};
 use super::echo::Awaited;
 use super::error::CanError;
 use super::frame::Frame;
@@ -115,11 +115,9 @@ impl Bus for MulticastPort {
     }
 
     fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<BusFault>) {
-        let before = self.counts.sent;
-        let fault = frames.iter().fold(None, |fault, frame| fault.or(self.give(frame).err()));
-        let now_ns = clock::monotonic_ns();
+        let (given, now_ns, fault) = give_each(frames, |frame| self.give(frame));
         if !frames.is_empty() {
-            self.awaited.sent((self.counts.sent - before) as usize, now_ns);
+            self.awaited.sent(given, now_ns);
         }
         (now_ns, fault)
     }

@@ -1,6 +1,7 @@
 //! Plots of what `identify` fitted.
 
 use crate::estimation::frequency_response::{LagResponse, near};
+use crate::estimation::quantile::median_step;
 use crate::identify::{Identification, IdentifiedBody, Validation};
 use crate::report::findings::driven_by;
 use crate::report::thresholds::THRESHOLDS;
@@ -22,13 +23,19 @@ fn column(traces: &[Trace], pick: fn(&Trace) -> f64) -> Vec<f64> {
     traces.iter().map(pick).collect()
 }
 
+/// A line that breaks where rows are missing.
+fn line(name: &str, time: &[f64], values: &[f64]) -> Series {
+    let usual = median_step(time.iter().copied()).unwrap_or(f64::INFINITY);
+    Series::line(name, time, values).break_over(THRESHOLDS.drawn_gap * usual)
+}
+
 /// Measured samples as points on the line of the model.
 fn excerpt_plot(title: &str, traces: &[Trace], y: Axis) -> Option<Plot> {
     let traces = &traces[excerpt(traces.len())?];
     let time = column(traces, |row| row.0);
     Some(
         Plot::new(format!("{title}, an excerpt"), Axis::new("time", "s"), y)
-            .series(Series::line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model))
+            .series(line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model))
             .series(Series::points("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured)),
     )
 }
@@ -46,14 +53,14 @@ pub(in crate::report) fn error_plots(page: &mut Page, run: &Validation) {
     page.plot(
         Plot::new(title, Axis::new("time", "s"), rate())
             .group(run.source.as_str())
-            .series(Series::line("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured))
-            .series(Series::line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model)),
+            .series(line("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured))
+            .series(line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model)),
     )
     .plot(
         Plot::new("Simulation error", Axis::new("time", "s"), Axis::new("error", "%"))
             .group(run.source.as_str())
             .height(220)
-            .series(Series::line("(model - measured) / measured", &time, &percent).tone(Tone::Residual)),
+            .series(line("(model - measured) / measured", &time, &percent).tone(Tone::Residual)),
     );
 }
 

@@ -20,7 +20,7 @@ pub fn run_controller<C: Controller>(
     seconds: f64,
 ) -> Result<Vec<Slot>, ProcessError> {
     config.check()?;
-    let guard = crate::runtime::controller_plant::guard(config)?;
+    let guard = crate::runtime::guard::of_bench(config)?;
     let reference = config.controller.reference.build(config.period_s)?;
     let bench = EmulatedBench::new(emulator(config)?, Some(guard), config.period_s);
     let (mut state, mut of_controller) = (bench.start(), controller.start());

@@ -12,9 +12,9 @@ use crate::recording::{RecordSender, Recorder, RecorderOptions, RecorderSummary}
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
 use crate::runtime::control_output::AngleError;
-use crate::runtime::controller_plant;
 use crate::runtime::record::metadata;
 use crate::runtime::run::EventLine;
+use crate::runtime::{controller_plant, guard};
 use crate::signal::{ControlStep, GuardEvent, GuardStep, ROTORS};
 
 /// Seconds of a run that names none.
@@ -129,7 +129,7 @@ pub fn run(
     shutdown: &Shutdown,
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
-    let guard = controller_plant::guard(config)?;
+    let guard = guard::of_bench(config)?;
     let source = controller_plant::command_source(config)?;
     let bench =
         Lockstep::new(crate::runtime::emulate::emulator(config)?, source, config.period_s).guarded(guard);

@@ -146,7 +146,7 @@ pub fn conduct(
     shutdown: &Shutdown,
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
-    let guard = crate::runtime::controller_plant::guard(config)?;
+    let guard = crate::runtime::guard::of_bench(config)?;
     let emulated =
         EmulatedBench::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
     let bench = BenchMember::join(&config.name, &config.shared_memory, ProcessRole::Emulate)?;

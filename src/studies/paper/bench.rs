@@ -15,11 +15,11 @@ use crate::model::Model;
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
 use crate::runtime::command_source::CommandSource;
-use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::emulate::emulator;
 use crate::runtime::experiment::prepare;
 use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::LogTrace;
+use crate::runtime::{ExperimentPlan, controller_plant, guard};
 use crate::screening::ScreenedLog;
 use crate::signal::{ControlStep, Sensors};
 use crate::studies::impulse_response::{ImpulseResponse, Moment, measure};
@@ -173,7 +173,7 @@ impl<'a> Benches<'a> {
         report: &mut dyn FnMut(&str, f64),
     ) -> Result<(), PaperError> {
         config.check().map_err(ProcessError::from)?;
-        let guard = controller_plant::guard(config)?;
+        let guard = guard::of_bench(config)?;
         let bench = Lockstep::new(emulator(config)?, source, config.period_s).guarded(guard);
         let mut state = bench.start();
         for slot in 0..slots {
