@@ -36,7 +36,7 @@ pub struct Force {
 /// How much of the notes about logs a command says.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct NotesArgument {
-    /// Say each note about each log, those of what was taken out of them, too
+    /// Say what a short answer leaves out: each note about each log, each reason
     #[arg(long)]
     notes: bool,
 }

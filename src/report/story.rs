@@ -21,8 +21,8 @@ use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict;
 use crate::screening::Finding;
 
-/// Candidates shown.
-const SHOWN: usize = 6;
+/// Candidates that a short answer shows beside those that are named.
+const SHOWN_BESIDE: usize = 2;
 
 /// `value ± error unit`; a bare number carries no unit.
 pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
@@ -109,7 +109,7 @@ pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]
 }
 
 /// Those that are in the channel that the error is given in: errors of different blocks have different units.
-fn candidates(diagnosis: &Diagnosis) -> String {
+fn candidates(diagnosis: &Diagnosis, detail: Detail) -> String {
     let is_of_error = |candidate: &&RankedCandidate| {
         let is_tried = candidate.refusal.is_none() || candidate.validate.is_some();
         is_tried && diagnosis.error.is_of(&candidate.channel)
@@ -130,12 +130,16 @@ fn candidates(diagnosis: &Diagnosis) -> String {
         "p-value".to_owned(),
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
-    let mut refused = String::new();
-    let more = match candidates.len().saturating_sub(SHOWN) {
-        0 => String::new(),
-        more => wrapped("", &format!("{more} more took off less: `--json` lists them")),
+    let shown = match detail {
+        Detail::Short => diagnosis.effects.len() + SHOWN_BESIDE,
+        Detail::Every => candidates.len(),
     };
-    candidates.truncate(SHOWN);
+    let more = match candidates.len().saturating_sub(shown) {
+        0 => String::new(),
+        more => wrapped("", &format!("{more} more took off less (--notes lists them)")),
+    };
+    candidates.truncate(shown);
+    let mut refused = String::new();
     for candidate in &candidates {
         if let Some(why) = &candidate.refusal {
             refused += &wrapped("  ", &format!("{} is refused: {why}", candidate.effect));
@@ -152,32 +156,35 @@ fn candidates(diagnosis: &Diagnosis) -> String {
          (the p-value; of a set that is named, the set decides)",
         number(diagnosis.error.refitted.validate, 4)
     );
-    format!("\n{}{}{more}{refused}{}", wrapped("", &head), table.text(), not_named(&candidates))
+    let table = table.text();
+    format!("\n{}{table}{more}{refused}{}", wrapped("", &head), not_named(&candidates, detail))
 }
 
 /// Effects that nobody knows anything of, by why.
-fn not_tried(diagnosis: &Diagnosis) -> String {
+fn not_tried(diagnosis: &Diagnosis, detail: Detail) -> String {
     let untried = diagnosis.candidates.iter().filter(|candidate| candidate.validate.is_none());
-    by_reason(
-        "Not tried: ",
-        untried.filter_map(|it| Some((it.effect.as_str(), it.refusal.as_ref()?.to_string()))),
-    )
+    let reason = |it: &RankedCandidate| it.refusal.as_ref().map(ToString::to_string);
+    by_reason("Not tried: ", untried.filter_map(|it| Some((it.effect.as_str(), reason(it)?))), detail)
 }
 
 /// Effects of those shown that were tried and are not named, by the condition that they failed.
-fn not_named(shown: &[&RankedCandidate]) -> String {
-    let reason = |it: &&RankedCandidate| Some(not_named::words(it.not_named.as_ref()?));
-    by_reason("Not named: ", shown.iter().filter_map(|it| Some((it.effect.as_str(), reason(it)?))))
+fn not_named(shown: &[&RankedCandidate], detail: Detail) -> String {
+    let reason = |it: &RankedCandidate| Some(not_named::words(it.not_named.as_ref()?));
+    by_reason("Not named: ", shown.iter().filter_map(|it| Some((it.effect.as_str(), reason(it)?))), detail)
 }
 
-/// A line for each reason, with all effects that have it.
-fn by_reason<'a>(first: &str, effects: impl Iterator<Item = (&'a str, String)>) -> String {
+/// A line for each reason, with all effects that have it; of a short answer one line, with the reason where all have one.
+fn by_reason<'a>(first: &str, effects: impl Iterator<Item = (&'a str, String)>, detail: Detail) -> String {
     let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
     for (effect, reason) in effects {
         match reasons.iter_mut().find(|(why, _)| *why == reason) {
             Some((_, effects)) => effects.push(effect),
             None => reasons.push((reason, vec![effect])),
         }
+    }
+    if detail == Detail::Short && reasons.len() > 1 {
+        let effects = reasons.into_iter().flat_map(|(_, effects)| effects).collect();
+        reasons = vec![("why: --notes".to_owned(), effects)];
     }
     let line =
         |(why, effects): (String, Vec<&str>)| wrapped(first, &format!("{} ({why})", effects.join(", ")));
@@ -205,8 +212,8 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep], detail: Detail) -> St
     out.push('\n');
     out += &errors(&diagnosis.error);
     out += &places(diagnosis);
-    out += &candidates(diagnosis);
-    out += &not_tried(diagnosis);
+    out += &candidates(diagnosis, detail);
+    out += &not_tried(diagnosis, detail);
     out.push('\n');
     for step in next {
         // A command stays on one line, to be copied.
@@ -318,14 +325,30 @@ mod tests {
             refusal: None,
             not_named: None,
         };
-        said.candidates = (0..SHOWN).map(candidate).collect();
-        assert!(!candidates(&said).contains("took off less"));
-        said.candidates = (0..SHOWN + 9).map(candidate).collect();
-        assert!(
-            candidates(&said).contains("9 more took off less: `--json` lists them"),
-            "{}",
-            candidates(&said)
-        );
+        said.candidates = (0..SHOWN_BESIDE).map(candidate).collect();
+        assert!(!candidates(&said, Detail::Short).contains("took off less"));
+        said.candidates = (0..SHOWN_BESIDE + 9).map(candidate).collect();
+        let short = candidates(&said, Detail::Short);
+        assert!(short.contains("9 more took off less (--notes lists them)"), "{short}");
+        let every = candidates(&said, Detail::Every);
+        assert!(every.contains("effect_10") && !every.contains("took off less"), "{every}");
+        // One that is named stands beside them.
+        said.effects = vec!["effect_4".to_owned()];
+        let short = candidates(&said, Detail::Short);
+        assert!(short.contains("effect_4") && short.contains("8 more"), "{short}");
+    }
+
+    #[test]
+    fn a_short_answer_says_reasons_where_there_is_one() {
+        let said = |reasons: &[(&'static str, &str)], detail| {
+            by_reason("Not tried: ", reasons.iter().map(|(effect, why)| (*effect, (*why).to_owned())), detail)
+        };
+        let one = [("a", "no battery"), ("b", "no battery")];
+        let two = [("a", "no battery"), ("b", "no body")];
+        assert_eq!(said(&one, Detail::Short), "Not tried: a, b (no battery)\n");
+        assert_eq!(said(&two, Detail::Short), "Not tried: a, b (why: --notes)\n");
+        assert_eq!(said(&two, Detail::Every), "Not tried: a (no battery)\nNot tried: b (no body)\n");
+        assert_eq!(said(&[], Detail::Short), "");
     }
 
     #[test]
