@@ -21,7 +21,7 @@ use crate::log::segments::held_throughout;
 use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::channel_noise::ChannelNoise;
-use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
+use crate::screening::checks::rate_is_angle_difference::RATE_OF_ANGLE;
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
 use crate::signal::columns;

@@ -12,7 +12,7 @@ use crate::effect::{Law, Site, Term, acting_as, find};
 use crate::estimation::moments::{mean_square, squares_about_mean};
 use crate::estimation::slope::slope;
 use crate::model::Model;
-use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
+use crate::screening::checks::rate_is_angle_difference::RATE_OF_ANGLE;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedBody, ScreenedLog};
 use crate::signal::columns;

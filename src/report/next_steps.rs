@@ -7,7 +7,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{ONE_DIRECTION, is_of_other_bench};
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::effect::{self, Site, Term, find};
-use crate::screening::checks::rate_of_angle::RATE_OF_ANGLE;
+use crate::screening::checks::rate_is_angle_difference::RATE_OF_ANGLE;
 use crate::signal::columns;
 
 /// `stem.toml`, or the first of `stem_2.toml`, `stem_3.toml`, ... that is neither there nor the model that it starts from:

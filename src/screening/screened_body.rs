@@ -11,7 +11,7 @@
 //!   the commands are known, and not those in which a rotor stands or starts, for which that model has no law.
 //!
 //! Rows that a check takes out (`BODY_ROWS`) end a stretch, under the code of its finding: a body that stands at a **stop** is not free.
-//! One that was **held still** answers to nothing, and none of its rows says anything (`body_held`).
+//! One that was **held still** answers to nothing, and none of its rows says anything (`body_held_still`).
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -20,7 +20,7 @@ use super::Finding;
 use super::body::CheckedBody;
 use super::channel::{Judgement, rates_of_both};
 use super::checks;
-use super::checks::body_held::BODY_HELD;
+use super::checks::body_held_still::BODY_HELD;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::missing_commands;
 use super::readings;

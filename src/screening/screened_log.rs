@@ -9,7 +9,7 @@ use super::attitude::{Attitude, Mistaken};
 use super::battery::CheckedBattery;
 use super::channel::{self, CheckedChannel, Judgement};
 use super::checks;
-use super::checks::rate_of_angle::{self, RATE_OF_ANGLE};
+use super::checks::rate_is_angle_difference::{self, RATE_OF_ANGLE};
 use super::column::{CheckedColumn, Remark};
 use super::rotor_data::HeldVoltage;
 use super::screened_body::ScreenedBody;
@@ -149,9 +149,11 @@ impl Judged {
             let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
             (units(log, &rotors), judge(&CheckedBattery { log, turning: turning.collect() }))
         });
-        let slopes =
-            body.as_ref().filter(|it| it.has(RATE_OF_ANGLE)).and_then(|_| rate_of_angle::slopes(log));
-        rate_of_angle::put(slopes, &raw, &mut cleaned);
+        let slopes = body
+            .as_ref()
+            .filter(|it| it.has(RATE_OF_ANGLE))
+            .and_then(|_| rate_is_angle_difference::slopes(log));
+        rate_is_angle_difference::put(slopes, &raw, &mut cleaned);
         if let Some((channel, found)) =
             channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(of_battery.clone())
         {

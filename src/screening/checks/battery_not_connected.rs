@@ -1,6 +1,6 @@
 //! A battery's reading that no battery has which turns a rotor: it is not connected, or another column.
 
-use super::battery_range::EMPTY;
+use super::battery_dropout::EMPTY;
 use crate::estimation::quantile::median;
 use crate::screening::battery::CheckedBattery;
 use crate::screening::channel::Judgement;

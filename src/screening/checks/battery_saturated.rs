@@ -1,6 +1,6 @@
 //! A battery's reading that stands at the end of its range: what the battery had is not known.
 
-use super::saturation;
+use super::saturated;
 use crate::screening::battery::CheckedBattery;
 use crate::screening::channel::Judgement;
 
@@ -12,7 +12,7 @@ pub(crate) fn check(battery: &CheckedBattery) -> Option<Judgement> {
     let saturated = battery
         .turning
         .iter()
-        .find_map(|rotor| saturation::find(rotor.voltage.as_deref()?, Some(&rotor.command)))?;
+        .find_map(|rotor| saturated::find(rotor.voltage.as_deref()?, Some(&rotor.command)))?;
     let finding = battery.finding(BATTERY_SATURATED).rows(saturated.rows.len());
     let finding = finding.with("readings", saturated.of).with("at", saturated.at);
     Some(Judgement { finding, rows: battery.rows(), biased: Vec::new() })

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::frozen_gyro::{drive, range};
+use super::gyro_frozen::{drive, range};
 use crate::estimation::finite::finite_rows;
 use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::extremes;

@@ -39,12 +39,12 @@ checks! {
     /// Of one channel: which of its cells are no measurements. Each may look at what is left of the ones before.
     CHANNEL: fn(&CheckedChannel) -> Option<Judgement> = [
         rate_dropout,
-        battery_range,
+        battery_dropout,
         sample_and_hold,
         // A rate at the end of its range stands there, too: it is saturated, and not frozen.
-        saturation,
+        saturated,
         rate_frozen,
-        frozen_gyro,
+        gyro_frozen,
         outliers,
     ];
 
@@ -72,7 +72,7 @@ checks! {
     /// score itself, and looks at what the ones before left.
     ROTOR: fn(&mut CheckedRotor) -> Option<Judgement> = [
         command_saturated,
-        standstill,
+        standstill_left_out,
         stalled,
         transient_behind_hole,
         uncommanded_motion,
@@ -94,12 +94,12 @@ checks! {
 
     /// Of the body as a whole: where one of them finds something, none of its rows is scored.
     BODY: fn(&CheckedBody) -> Option<Finding> = [
-        body_held,
+        body_held_still,
     ];
 
     /// Of the rows of the body, and of its columns: which of them are no motion of a free body, and what is said of the others.
     BODY_ROWS: fn(&CheckedBody) -> Option<Judgement> = [
-        rate_of_angle,
+        rate_is_angle_difference,
         end_stop,
     ];
 

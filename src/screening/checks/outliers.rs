@@ -6,7 +6,7 @@
 //! they are from each other. What is far is learnt from the
 //! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
 
-use super::saturation::SATURATED;
+use super::saturated::SATURATED;
 use crate::estimation::finite::finite_rows;
 use std::borrow::Cow;
 

@@ -1,11 +1,11 @@
 //! A reading that repeats one value for longer than its own motion explains, where nothing can be asked whether what it measures moved
 //! meanwhile: a battery, a current, a thrust. Of a rate beside its command `rate_frozen` asks, and its is the word. Of a gyro
-//! `frozen_gyro` asks, and leaves open what a body may do: rest at zero, or turn evenly. That is in doubt where the angle, or what
+//! `gyro_frozen` asks, and leaves open what a body may do: rest at zero, or turn evenly. That is in doubt where the angle, or what
 //! turns the body, moves meanwhile; where they stand, the body may stand as well.
 
 use std::ops::Range;
 
-use super::frozen_gyro::{self, GYRO_FROZEN};
+use super::gyro_frozen::{self, GYRO_FROZEN};
 use crate::log::signals::rotor_of;
 use crate::screening::column::{CheckedColumn, Remark};
 use crate::screening::equal_runs::{smallest_step, too_long};
@@ -43,7 +43,7 @@ fn of_gyro(column: &CheckedColumn, values: &[f64]) -> Vec<Remark> {
     let known = column.judgement(&[GYRO_FROZEN]).map_or(&[][..], |judged| &judged.rows);
     let rows = |run: &Range<usize>| &column.present[run.clone()];
     let is_known = |run: &Range<usize>| rows(run).iter().any(|row| known.binary_search(row).is_ok());
-    let moves = |run: &Range<usize>| frozen_gyro::body_may_move(column.log, rows(run));
+    let moves = |run: &Range<usize>| gyro_frozen::body_may_move(column.log, rows(run));
     remark(column, found.into_iter().filter(|run| !is_known(run) && moves(run)))
 }
 

@@ -1,7 +1,7 @@
 //! A reading that piles up at an end of its range and does not come there often enough to be sure: else it is `saturated`.
 
 use super::battery_saturated::BATTERY_SATURATED;
-use super::saturation::{self, SATURATED, piles};
+use super::saturated::{self, SATURATED, piles};
 use crate::screening::column::{CheckedColumn, Remark};
 use crate::signal::columns::{BATTERY_VOLTAGE, COMMANDS};
 
@@ -16,10 +16,10 @@ pub(crate) fn check(column: &CheckedColumn) -> Vec<Remark> {
     let mut ends = piles(&column.sorted);
     if column.name == BATTERY_VOLTAGE && !ends.is_empty() {
         let command = column.log.column(COMMANDS[0]).or(column.log.column(COMMANDS[1]));
-        let found = saturation::find(&column.values, command);
+        let found = saturated::find(&column.values, command);
         ends.retain(|end| found.as_ref().is_some_and(|found| found.at.contains(&end.at)));
     }
-    let remark = |end: saturation::Saturation| Remark {
+    let remark = |end: saturated::Saturation| Remark {
         finding: column.finding(PERHAPS_SATURATED).with("at", end.at).with("samples", end.samples),
         stretches: Vec::new(),
     };

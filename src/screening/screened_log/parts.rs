@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Judged, ScreenedChannel, ScreenedLog};
 use crate::log::signals::rotor_of;
 use crate::screening::channel::OF_BODY;
-use crate::screening::checks::rate_of_angle::{self, RATE_OF_ANGLE};
+use crate::screening::checks::rate_is_angle_difference::{self, RATE_OF_ANGLE};
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
 
 impl ScreenedLog {
@@ -78,7 +78,7 @@ impl ScreenedLog {
         let made = self.body().filter(|body| body.has(RATE_OF_ANGLE));
         let rates = made.and_then(|_| self.dataset().column(columns::BODY_RATE));
         let rates = rates.map(|rates| rows.iter().map(|row| rates[*row]).collect());
-        rate_of_angle::put(rates, &judged.raw, &mut judged.cleaned);
+        rate_is_angle_difference::put(rates, &judged.raw, &mut judged.cleaned);
         Self(Arc::new(judged))
     }
 }

@@ -58,7 +58,7 @@ fn what_a_coarse_reading_settles_to_is_not_saturated() {
         assert!(found.is_none(), "{pole}, {step}: {found:?}");
         let sags = rates.iter().map(|rate| 12.6 - (rate / 700.0).powi(3));
         let sags = on_grid(&sags.collect::<Vec<_>>(), 0.01);
-        let found = saturation::find(&sags, Some(&commands));
+        let found = saturated::find(&sags, Some(&commands));
         assert!(found.is_none(), "{pole}, a supply: {found:?}");
     }
 }

@@ -1,12 +1,12 @@
 //! Logs in which readings repeat, and logs in which they seem to.
 
 use crate::log::Dataset;
-use crate::screening::checks::battery_range::BATTERY_DROPOUT;
-use crate::screening::checks::frozen_gyro::GYRO_FROZEN;
+use crate::screening::checks::battery_dropout::BATTERY_DROPOUT;
+use crate::screening::checks::gyro_frozen::GYRO_FROZEN;
 use crate::screening::checks::outliers::{OUTLIERS, TOO_MANY_OUTLIERS};
 use crate::screening::checks::rate_dropout::RATE_DROPOUT;
 use crate::screening::checks::sample_and_hold::SAMPLE_AND_HOLD;
-use crate::screening::checks::saturation::{self, SATURATED};
+use crate::screening::checks::saturated::{self, SATURATED};
 use crate::screening::readings::bridged;
 use crate::screening::{Finding, Judgement, ScreenedLog};
 use crate::signal::columns::BATTERY_VOLTAGE;

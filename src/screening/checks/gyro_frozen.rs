@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::saturation::SATURATED;
+use super::saturated::SATURATED;
 use crate::estimation::finite::finite_rows;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
