@@ -231,7 +231,7 @@ fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> InputOutpu
         time: &rotor.time,
         input: rotor.command.iter().enumerate().map(z).collect(),
         output: &rotor.rate,
-        segments: &rotor.segments,
+        segments: &rotor.stretches,
         interval: rotor.interval,
     }
 }

@@ -45,8 +45,8 @@ pub(crate) fn find(
 /// The log with each command in the row before its own.
 fn a_row_earlier(part: &RotorLog) -> RotorLog {
     let mut earlier = part.clone();
-    for segment in part.segments.iter().filter(|segment| !segment.is_empty()) {
-        earlier.command.copy_within(segment.start + 1..segment.end, segment.start);
+    for stretch in part.stretches.iter().filter(|stretch| !stretch.is_empty()) {
+        earlier.command.copy_within(stretch.start + 1..stretch.end, stretch.start);
     }
     earlier
 }

@@ -138,11 +138,11 @@ fn corrected(rows: &SteadyRows, gain: f64, pole: f64) -> Vec<RotorLog> {
     let mut ramps = rows.ramps.clone();
     for ramp in &mut ramps {
         let Some(voltage) = &ramp.voltage else { continue };
-        for segment in &ramp.segments {
-            let mut acting = voltage[segment.start];
-            for row in segment.clone() {
+        for stretch in &ramp.stretches {
+            let mut acting = voltage[stretch.start];
+            for row in stretch.clone() {
                 ramp.rate[row] += gain * (rows.full_voltage - acting);
-                if row + 1 < segment.end {
+                if row + 1 < stretch.end {
                     // A battery does not jump: over an interval it counts with both ends.
                     let between = 0.5 * (voltage[row] + voltage[row + 1]);
                     acting += (between - acting) * step_response(pole, ramp.time[row + 1] - ramp.time[row]);

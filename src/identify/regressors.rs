@@ -29,9 +29,9 @@ pub(crate) fn record_of<const M: usize>(
         segments: Vec::new(),
     };
     for rotor in rotors {
-        for segment in &rotor.segments {
+        for stretch in &rotor.stretches {
             let start = record.time.len();
-            walk(rotor, segment, full_voltage, delay, |it| {
+            walk(rotor, stretch, full_voltage, delay, |it| {
                 record.time.push(it.time);
                 record.output.push(it.rate);
                 record.inputs.push(inputs(it.command, it.drop));
@@ -59,7 +59,7 @@ pub(crate) struct Acting {
 /// Goes through a stretch of a rotor's rows as [`record_of`] lays them out.
 pub(crate) fn walk(
     rotor: &RotorLog,
-    segment: &Range<usize>,
+    stretch: &Range<usize>,
     full_voltage: f64,
     delay: f64,
     mut visit: impl FnMut(Acting),
@@ -71,31 +71,31 @@ pub(crate) fn walk(
     let voltage = rotor.voltage.as_deref();
     // A battery does not jump as a command does: over an interval it counts with both ends.
     let drop_at = |row: usize| {
-        let next = (row + 1).min(segment.end - 1);
+        let next = (row + 1).min(stretch.end - 1);
         let interval = times[next] - times[row];
         let weight = rotor.instrument.map_or(0.5, |it| end_weight(it.pole * interval));
         let held = |voltage: &[f64]| voltage[row] + weight * (voltage[next] - voltage[row]);
         voltage.map_or(0.0, |voltage| full_voltage - held(voltage))
     };
     // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
-    let mut acting = segment.start;
+    let mut acting = stretch.start;
     let heard = if delay > 0.0 {
-        times[segment.start] + THRESHOLDS.unheard_intervals * rotor.interval
+        times[stretch.start] + THRESHOLDS.unheard_intervals * rotor.interval
     } else {
         f64::NEG_INFINITY
     };
-    for row in segment.clone() {
+    for row in stretch.clone() {
         cancel::check_at(row);
         let time = times[row];
         // A command that was in force before its row is that of the next one at most.
-        let last = if rotor.command_from.is_some() { (row + 1).min(segment.end - 1) } else { row };
+        let last = if rotor.command_from.is_some() { (row + 1).min(stretch.end - 1) } else { row };
         let rate = if time < heard { f64::NAN } else { rates[row] };
         while acting < last && since[acting + 1] + behind <= time {
             acting += 1;
         }
         let drop = drop_at(row);
         visit(Acting { row: Some(row), time, rate, command: commands[acting], drop });
-        let next = if row + 1 < segment.end { times[row + 1] } else { continue };
+        let next = if row + 1 < stretch.end { times[row + 1] } else { continue };
         while acting < last && since[acting + 1] + behind < next {
             acting += 1;
             if commands[acting] != commands[acting - 1] {

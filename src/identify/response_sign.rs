@@ -13,10 +13,10 @@ pub(crate) fn answers_downwards(rotor: &RotorLog) -> bool {
     let rows = ((THRESHOLDS.answer_span / rotor.interval).round() as usize).max(1);
     let (mut sum, mut squares, mut changes) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut still = Vec::new();
-    for segment in rotor.segments.iter().filter(|segment| segment.len() > rows + 1) {
+    for stretch in rotor.stretches.iter().filter(|stretch| stretch.len() > rows + 1) {
         // The last row whose command changed.
-        let mut changed = segment.start;
-        for row in segment.start + 1..segment.end - rows {
+        let mut changed = stretch.start;
+        for row in stretch.start + 1..stretch.end - rows {
             let change = rotor.command[row] - rotor.command[row - 1];
             let answer = rotor.rate[row + rows] - rotor.rate[row];
             changed = if change == 0.0 { changed } else { row };

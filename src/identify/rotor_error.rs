@@ -33,10 +33,10 @@ pub fn rotor_error(model: &Model, logs: &[&[ScreenedLog]]) -> Option<RotorError>
 
 fn errors_of(equations: &Equations, rotor: &RotorLog, errors: &mut Vec<f64>, commands: &mut Vec<f64>) {
     let mut trace = RotorTrace::default();
-    for segment in &rotor.segments {
+    for stretch in &rotor.stretches {
         // What was commanded before is not known, and the first reading is noisy: the run has forgotten both after a while.
-        let Some(first) = segment.clone().find(|row| rotor.rate[*row].is_finite()) else { continue };
-        let rows = first..segment.end;
+        let Some(first) = stretch.clone().find(|row| rotor.rate[*row].is_finite()) else { continue };
+        let rows = first..stretch.end;
         let from = rotor.command_from_beside(equations.command_delay(), &rows);
         let input = RotorInput {
             time: &rotor.time[rows.clone()],

@@ -48,8 +48,8 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let jumps = rotor.jumps();
     let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
     let part = first..first + THRESHOLDS.single_fit_rows;
-    let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
-    let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
+    let inside = |stretch: &Range<usize>| stretch.start.max(part.start)..stretch.end.min(part.end);
+    let stretches = rotor.stretches.iter().map(inside).filter(|it| it.len() > 1).collect();
     let head = |values: &Cells| values.part(0..part.end);
     let beside =
         |beside: &Beside| Beside { command: head(&beside.command), rate: beside.rate.as_ref().map(head) };
@@ -62,7 +62,7 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
         voltage: rotor.voltage.as_ref().map(head),
         thrust: rotor.thrust.as_ref().map(head),
         beside: rotor.beside.as_ref().map(beside),
-        segments,
+        stretches,
         ..*rotor
     })
 }

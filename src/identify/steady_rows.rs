@@ -21,7 +21,7 @@ pub(crate) struct SteadyRows {
     pub slope: Vec<f64>,
     /// Whether ramps gave them (else constant levels).
     pub from_ramps: bool,
-    /// The logs of the ramps, whose stretches are their segments; their rates only where all is known.
+    /// The logs of the ramps, whose stretches are the ramps; their rates only where all is known.
     pub ramps: Vec<RotorLog>,
     /// [V] v_bmax
     pub full_voltage: f64,
@@ -146,7 +146,7 @@ fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: 
             }
         }
         if rows.from_ramps && !parts.is_empty() {
-            rows.ramps.push(RotorLog { rate: known.into(), segments: parts, ..rotor.clone() });
+            rows.ramps.push(RotorLog { rate: known.into(), stretches: parts, ..rotor.clone() });
         }
     }
     rows

@@ -29,11 +29,11 @@ fn step_times(rotor: &RotorLog) -> Vec<f64> {
     let held = |from: usize, rows: &mut dyn Iterator<Item = usize>| {
         rows.take_while(|row| (rotor.command[*row] - rotor.command[from]).abs() < 1e-6).count()
     };
-    let within = |row: usize| rotor.segments.iter().find(|rows| rows.contains(&row));
+    let within = |row: usize| rotor.stretches.iter().find(|rows| rows.contains(&row));
     let time = |jump: usize| {
-        let segment = within(jump)?;
-        let before = held(jump, &mut (segment.start..=jump).rev());
-        let behind = held(jump + 1, &mut (jump + 1..segment.end));
+        let stretch = within(jump)?;
+        let before = held(jump, &mut (stretch.start..=jump).rev());
+        let behind = held(jump + 1, &mut (jump + 1..stretch.end));
         step_time(rotor, jump + 1 - before..jump + 1, jump + 1..jump + 1 + behind)
     };
     rotor.jumps().into_iter().filter_map(time).collect()

@@ -172,7 +172,7 @@ mod tests {
             voltage: Some(voltage.into()),
             voltage_gap: None,
             thrust: None,
-            segments: std::iter::once(0..rows).collect(),
+            stretches: std::iter::once(0..rows).collect(),
             interval: 0.02,
             instrument: None,
             beside: None,

@@ -37,10 +37,10 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         let steady = |row: usize| actuator.steady_rate(rotor.command[row], volts(row));
         traces.extend(rotor.scored().map(|row| (rotor.time[row], rotor.rate[row], steady(row))));
     }
-    let runs = if rotor.rows_are_levels() { &[][..] } else { &rotor.segments };
-    for segment in runs {
-        let Some(first) = segment.clone().find(|&row| rotor.rate[row].is_finite()) else { continue };
-        let rows = first..segment.end;
+    let runs = if rotor.rows_are_levels() { &[][..] } else { &rotor.stretches };
+    for stretch in runs {
+        let Some(first) = stretch.clone().find(|&row| rotor.rate[row].is_finite()) else { continue };
+        let rows = first..stretch.end;
         let voltage = rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]);
         let forced =
             actuator.run_from(Some(0.0), &rotor.time[rows.clone()], &rotor.command[rows.clone()], voltage);

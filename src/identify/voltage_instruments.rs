@@ -211,7 +211,7 @@ fn predicted_rate(
 ) {
     let RotorResponse { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = response;
     let mut begun = f64::INFINITY;
-    let mut begins = rotor.segments.iter().map(|known| known.start).peekable();
+    let mut begins = rotor.stretches.iter().map(|known| known.start).peekable();
     let measured_at = &rotor.rate[..];
     for segment in rotor.whole() {
         let (mut rate, mut before) = (f64::NAN, None);

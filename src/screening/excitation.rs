@@ -27,7 +27,7 @@ impl RotorLog {
     /// Rows right after which the command jumps.
     pub fn jumps(&self) -> Vec<usize> {
         let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > THRESHOLDS.jump;
-        let inside = self.segments.iter().flat_map(|segment| segment.start..segment.end - 1);
+        let inside = self.stretches.iter().flat_map(|stretch| stretch.start..stretch.end - 1);
         inside.filter(jump).collect()
     }
 

@@ -36,7 +36,7 @@ impl RotorLog {
             let expected = model.steady_rate(self.command[row]);
             (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| of(row, expected))
         };
-        let rows = self.segments.iter().cloned().flatten();
+        let rows = self.stretches.iter().cloned().flatten();
         median(rows.filter_map(ratio))
     }
 

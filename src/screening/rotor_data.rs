@@ -41,8 +41,8 @@ pub(crate) struct RotorLog {
     pub voltage_gap: Option<(f64, f64)>,
     /// [N] not-a-number = not measured.
     pub thrust: Option<Cells>,
-    /// Its stretches: segments, cut where a command is not known.
-    pub segments: Vec<Range<usize>>,
+    /// Its stretches: segments of the log, cut where a command is not known.
+    pub stretches: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,
     /// What is known of the voltage where it is an instrument, and not read.
@@ -130,7 +130,7 @@ impl RotorLog {
             voltage: voltage.map(|it| it.held.clone()),
             voltage_gap: voltage.and_then(|it| it.gap),
             thrust: log.cells(&columns::thrust(rotor)),
-            segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
+            stretches: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,
             beside: OTHER.checked_sub(rotor).and_then(|other| Beside::of(log, other)),
@@ -151,21 +151,22 @@ impl RotorLog {
     /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was
     /// commanded meanwhile is not known.
     pub(crate) fn cut(&mut self, rows: &Range<usize>) {
-        let left = |segment: &Range<usize>| {
-            [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
+        let left = |stretch: &Range<usize>| {
+            [stretch.start..stretch.end.min(rows.start), stretch.start.max(rows.end)..stretch.end]
         };
-        let left: Vec<Range<usize>> = self.segments.iter().flat_map(left).filter(|it| it.len() > 1).collect();
-        self.segments = left;
+        let left: Vec<Range<usize>> =
+            self.stretches.iter().flat_map(left).filter(|it| it.len() > 1).collect();
+        self.stretches = left;
     }
 
     /// Stretches without holes, whether every command is known or not: for what changes slowly.
     pub fn whole(&self) -> Vec<Range<usize>> {
         let mut whole: Vec<Range<usize>> = Vec::new();
-        for segment in &self.segments {
-            let joins = |last: &Range<usize>| !(last.end - 1..segment.start).any(|row| self.is_hole(row));
+        for stretch in &self.stretches {
+            let joins = |last: &Range<usize>| !(last.end - 1..stretch.start).any(|row| self.is_hole(row));
             match whole.last_mut().filter(|last| joins(last)) {
-                Some(last) => last.end = segment.end,
-                None => whole.push(segment.clone()),
+                Some(last) => last.end = stretch.end,
+                None => whole.push(stretch.clone()),
             }
         }
         whole
@@ -195,14 +196,14 @@ impl RotorLog {
         let beside = head.beside.as_mut().map(|it| std::iter::once(&mut it.command).chain(&mut it.rate));
         let columns = columns.into_iter().chain(optional).chain(beside.into_iter().flatten());
         columns.for_each(|column| *column = column.part(0..rows));
-        head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
-        head.segments.retain(|segment| segment.start < segment.end);
+        head.stretches.iter_mut().for_each(|stretch| stretch.end = stretch.end.min(rows));
+        head.stretches.retain(|stretch| stretch.start < stretch.end);
         head
     }
 
     /// Rows that have both a command and a scored rate.
     pub fn scored(&self) -> impl Iterator<Item = usize> + '_ {
-        self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
+        self.stretches.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
     }
 
     /// [s] from when on the command of each of these rows was in force; `None` where that is their time.
@@ -411,7 +412,7 @@ mod tests {
         let mut log = Dataset::made(time, [("command_1", u)]);
         log.insert("propeller_rate_1_rad_s", vec![500.0; 200]).unwrap();
         let (rotor, _) = rotor(&log);
-        assert_eq!(rotor.segments, [0..100, 120..200]);
+        assert_eq!(rotor.stretches, [0..100, 120..200]);
         assert_eq!((rotor.command[99], rotor.command[199]), (0.4, 0.6));
     }
 }

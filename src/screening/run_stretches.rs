@@ -27,7 +27,7 @@ impl RotorLog {
                 && self.time[after] - self.time[before] < short
         };
         let mut joined: Vec<Range<usize>> = Vec::new();
-        for rows in &self.segments {
+        for rows in &self.stretches {
             match joined
                 .last_mut()
                 .filter(|last| last.end == rows.start && is_known(last.end - 1, rows.start))

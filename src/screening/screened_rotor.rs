@@ -137,7 +137,7 @@ impl ScreenedRotor {
     /// Stretches of rows without a hole over which every command is known.
     #[must_use]
     pub fn stretches(&self) -> &[Range<usize>] {
-        &self.data.segments
+        &self.data.stretches
     }
 
     /// The same, joined across holes over which the command is known, without those of so few readings that they say nothing of
@@ -231,7 +231,7 @@ fn look_at_columns(rotor: &CheckedRotor) -> Vec<Suspicion> {
 /// Rows at which it is not known what the rotor was commanded, or that have no neighbours between two holes.
 fn mark_unknown(why: &mut [Option<&'static str>], log: &Dataset, rotor: &RotorLog) {
     let mut is_known = vec![false; log.len()];
-    rotor.segments.iter().cloned().flatten().for_each(|row| is_known[row] = true);
+    rotor.stretches.iter().cloned().flatten().for_each(|row| is_known[row] = true);
     for segment in log.segments() {
         let code = if segment.len() > RotorLog::FEWEST_ROWS { COMMANDS_MISSING } else { HOLES };
         for row in segment.filter(|row| !is_known[*row] && rotor.rate[*row].is_finite()) {

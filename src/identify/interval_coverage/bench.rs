@@ -118,7 +118,7 @@ pub(crate) fn powered(
             now += step * slope(now + 0.5 * step * slope(now));
         }
     }
-    let segments = std::iter::once(0..rows).collect();
+    let stretches = std::iter::once(0..rows).collect();
     RotorLog {
         file: "test".to_owned(),
         number: 1,
@@ -131,7 +131,7 @@ pub(crate) fn powered(
         voltage: Some(volts.into()),
         voltage_gap: None,
         thrust: None,
-        segments,
+        stretches,
         interval,
         instrument: None,
         beside: None,

@@ -50,8 +50,8 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
 fn pasts(data: &RotorLog) -> Vec<Readings> {
     let share = data.scored().count().div_ceil(THRESHOLDS.new_most).max(1);
     let mut found = Vec::new();
-    for segment in &data.segments {
-        let known: Vec<usize> = finite_rows(&data.rate, segment.clone());
+    for stretch in &data.stretches {
+        let known: Vec<usize> = finite_rows(&data.rate, stretch.clone());
         let all = known.windows(READINGS).step_by(share);
         found.extend(all.filter_map(|rows| Readings::try_from(rows).ok()));
     }

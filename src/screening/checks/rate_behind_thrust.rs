@@ -78,18 +78,18 @@ fn parts(data: &RotorLog, lags: &[f64]) -> Option<Vec<Vec<Sums>>> {
     let greatest = |values: &[f64]| values.iter().copied().filter(|it| it.is_finite()).fold(0.0, f64::max);
     let (most_thrust, most_rate) = (greatest(thrust), greatest(&rate));
     let measured: Vec<(usize, &Range<usize>)> = data
-        .segments
+        .stretches
         .iter()
-        .flat_map(|segment| segment.clone().map(move |row| (row, segment)))
+        .flat_map(|stretch| stretch.clone().map(move |row| (row, stretch)))
         .filter(|(row, _)| thrust[*row].is_finite() && rate[*row].is_finite())
         .collect();
     let every = measured.len().div_ceil(THRESHOLDS.late_most_rows).max(1);
     let mut parts = vec![vec![Sums::default(); lags.len()]; PARTS];
     let mut count = 0;
     for at in (0..measured.len()).step_by(every) {
-        let (row, segment) = measured[at];
+        let (row, stretch) = measured[at];
         let square = |lag: &f64| {
-            let rate = rate_at(&data.time, &rate, segment, data.time[row] + lag)? / most_rate;
+            let rate = rate_at(&data.time, &rate, stretch, data.time[row] + lag)? / most_rate;
             Some(rate * rate)
         };
         if let Some(squares) = lags.iter().map(square).collect::<Option<Vec<f64>>>() {
@@ -103,10 +103,10 @@ fn parts(data: &RotorLog, lags: &[f64]) -> Option<Vec<Vec<Sums>>> {
     (count >= THRESHOLDS.late_fewest_rows).then_some(parts)
 }
 
-/// [rad/s] the rate at a time between two rows of a segment, on the straight line between them.
-fn rate_at(time: &[f64], rate: &[f64], segment: &Range<usize>, at: f64) -> Option<f64> {
-    let behind = segment.start + time[segment.clone()].partition_point(|time| *time < at);
-    if behind == segment.end || behind == segment.start {
+/// [rad/s] the rate at a time between two rows of a stretch, on the straight line between them.
+fn rate_at(time: &[f64], rate: &[f64], stretch: &Range<usize>, at: f64) -> Option<f64> {
+    let behind = stretch.start + time[stretch.clone()].partition_point(|time| *time < at);
+    if behind == stretch.end || behind == stretch.start {
         return None;
     }
     let before = behind - 1;

@@ -36,7 +36,7 @@ pub(crate) fn check(rotor: &RotorLog, model: &Model) -> Option<Suspicion> {
 
 /// Quartiles of how many times the model's rates the measured ones are, where the model's are a fair share of its greatest.
 fn quartiles(rotor: &RotorLog, model: &Model) -> [f64; 3] {
-    let rows = || rotor.segments.iter().cloned().flatten().filter(|row| rotor.command[*row] >= LEAST_HELD);
+    let rows = || rotor.stretches.iter().cloned().flatten().filter(|row| rotor.command[*row] >= LEAST_HELD);
     let expected = || rows().map(|row| (row, model.steady_rate(rotor.command[row])));
     let fair = THRESHOLDS.fair_rate_share * expected().map(|(_, rate)| rate).fold(0.0, f64::max);
     let is_fair = |(_, rate): &(usize, f64)| fair > 0.0 && *rate >= fair;

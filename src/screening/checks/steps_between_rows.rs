@@ -21,7 +21,7 @@ pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
         return None;
     }
     let data = &mut rotor.data;
-    let noise = ChannelNoise::of(data.rate.iter().copied()).in_signal(&data.rate, &data.segments);
+    let noise = ChannelNoise::of(data.rate.iter().copied()).in_signal(&data.rate, &data.stretches);
     // However much better they are than steps at rows: what leaves more than noise does not explain what the rotor did.
     let most_left = THRESHOLDS.most_left_of_steps * noise;
     let elsewhere = rotor.steps_elsewhere;
@@ -61,11 +61,11 @@ fn step_between_rows(found: &Instants, elsewhere: bool) -> bool {
 
 impl RotorLog {
     fn step_instants(&self, fewest: usize, most_left: f64) -> Option<Instants> {
-        if !Stepped::may_step(self.segments.iter().map(|rows| &self.command[rows.clone()]), fewest) {
+        if !Stepped::may_step(self.stretches.iter().map(|rows| &self.command[rows.clone()]), fewest) {
             return None;
         }
         let mut stretches: Vec<Vec<Hold>> = Vec::new();
-        for rows in &self.segments {
+        for rows in &self.stretches {
             let mut holds: Vec<Hold> = Vec::new();
             for row in rows.clone() {
                 match holds.last_mut().filter(|hold| hold.input == self.command[row]) {
@@ -85,7 +85,7 @@ impl RotorLog {
     fn set_steps(&mut self, instants: &Instants) {
         let mut from = self.time.to_vec();
         let mut steps = instants.steps.iter().peekable();
-        for row in self.segments.iter().flat_map(|rows| rows.clone().skip(1)) {
+        for row in self.stretches.iter().flat_map(|rows| rows.clone().skip(1)) {
             while steps.peek().is_some_and(|step| step.row < row) {
                 steps.next();
             }

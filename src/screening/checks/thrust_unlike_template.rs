@@ -58,7 +58,7 @@ fn stops(rotor: &RotorLog, thrust: &[f64], unit: &str, coefficient: f64, of_rate
     let Some((_, scale)) = UNITS.iter().find(|(name, _)| *name == unit) else { return Stops::Nobody };
     // By the rates beside them: what a battery or a lag does to those is none of the unit.
     let is_held = |row: &usize| rotor.command[*row] >= LEAST_HELD && rotor.rate[*row] > 0.0;
-    let rows = rotor.segments.iter().cloned().flatten().filter(is_held);
+    let rows = rotor.stretches.iter().cloned().flatten().filter(is_held);
     let found = median(rows.map(|row| thrust[row] / (coefficient * rotor.rate[row].powi(2))));
     let is_unit = found.is_some_and(|it| !is_another(&(it / scale), THRESHOLDS.unit_factor));
     let is_rotor = of_rates.is_some_and(|it| !is_another(&it, THRESHOLDS.unit_factor));
@@ -82,7 +82,7 @@ fn is_faster_than_any(rotor: &RotorLog, thrust: &[f64], of_rates: Option<f64>) -
     }
     let of_disc = (std::f64::consts::TAU).powi(2) / (THRESHOLDS.greatest_thrust_coefficient * AIR);
     let tip = |row: usize| 0.5 * (of_disc * thrust[row].abs()).powf(0.25) * rotor.rate[row].abs().sqrt();
-    let tips = rotor.segments.iter().cloned().flatten().map(tip);
+    let tips = rotor.stretches.iter().cloned().flatten().map(tip);
     quantile(tips.filter(|it| it.is_finite()), MOST).is_some_and(|it| it > THRESHOLDS.fastest_tip)
 }
 

@@ -118,7 +118,7 @@ mod tests {
         assert!((2995..=3005).contains(&part.scored().count()), "{warnings:?}");
         let span = [warnings[0].number("from_s"), warnings[0].number("to_s")];
         assert!((span[0] - 60.0).abs() < 0.05 && (span[1] - 120.0).abs() < 0.05, "{warnings:?}");
-        assert_eq!(part.segments, vec![0..3000]);
+        assert_eq!(part.stretches, vec![0..3000]);
         assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [], "commands that move the rotor");
     }
 
@@ -131,7 +131,7 @@ mod tests {
         let commands = (0..6000).map(|row| if row < 4000 { frozen[row] } else { commanded[row] });
         log.replace("command_1", commands.collect()).unwrap();
         let (part, warnings) = rotor(&log);
-        assert_eq!(part.segments, [0..3000, 4000..6000], "{warnings:?}");
+        assert_eq!(part.stretches, [0..3000, 4000..6000], "{warnings:?}");
         assert_eq!((warnings[0].code, warnings[0].rows), ("uncommanded_motion", 1000));
         let span = [warnings[0].number("from_s"), warnings[0].number("to_s")];
         assert!((span[0] - 60.0).abs() < 0.05 && (span[1] - 80.0).abs() < 0.05, "{warnings:?}");

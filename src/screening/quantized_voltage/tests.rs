@@ -37,7 +37,7 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
         voltage: Some(read),
         voltage_gap: None,
         thrust: None,
-        segments: std::iter::once(0..ROWS).collect(),
+        stretches: std::iter::once(0..ROWS).collect(),
         interval: 0.02,
         instrument: None,
         beside: None,
