@@ -81,7 +81,7 @@ impl HeldVoltage {
     /// `None` where the log has none.
     pub(crate) fn of(log: &Dataset) -> Option<Self> {
         let voltage = log.cells(BATTERY_VOLTAGE)?;
-        Some(Self { gap: longest_gap(log.time(), &voltage), held: held_throughout(voltage) })
+        Some(Self { gap: longest_gap(log.time(), &voltage), held: held_or_missing(voltage) })
     }
 }
 
@@ -92,7 +92,7 @@ impl Beside {
     fn of(log: &Dataset, rotor: usize) -> Option<Self> {
         let command = log.cells(&columns::command(rotor))?;
         let rate = log.cells(&columns::propeller_rate(rotor));
-        Some(Self { command: held_throughout(command), rate })
+        Some(Self { command: held_or_missing(command), rate })
     }
 }
 
@@ -277,8 +277,8 @@ fn held_cells(cells: Cells, segments: &[Range<usize>]) -> Cells {
     }
 }
 
-/// Each value held over missing cells of the whole column; leading ones hold the first.
-fn held_throughout(values: Cells) -> Cells {
+/// Each value held over missing cells of the whole column; leading ones hold the first. A column without a value stays without.
+fn held_or_missing(values: Cells) -> Cells {
     if values.iter().all(|value| value.is_finite()) { values } else { held_or(&values, f64::NAN).into() }
 }
 
