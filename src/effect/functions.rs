@@ -1,6 +1,6 @@
 //! Functions that a fit asks for a hundred million times.
 
-/// Step response of a first-order lag: the share of the step that is done `span` seconds after it, at a pole of `rate` [1/s].
+/// Step response of a first-order lag: the share of the step that is done `span` seconds after it, at a pole of `rate` [rad/s].
 #[must_use]
 pub fn step_response(rate: f64, span: f64) -> f64 {
     response_after(rate * span)
@@ -36,7 +36,7 @@ pub(crate) struct RowResponse {
 }
 
 impl RowResponse {
-    /// At a pole of `rate` [1/s].
+    /// At a pole of `rate` [rad/s].
     pub(crate) fn of(rate: f64) -> Self {
         Self { rate, span: f64::NAN, response: 0.0 }
     }

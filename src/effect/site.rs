@@ -101,7 +101,7 @@ pub struct Point {
     pub steady_rate: f64,
     /// [rad/s] ω_p, the rotor's rate.
     pub propeller_rate: f64,
-    /// [1/s] p, the rotor's pole.
+    /// [rad/s] p, the rotor's pole.
     pub pole: f64,
     /// [rad/s] ω_0, the rotor's rate in hover.
     pub hover_rate: f64,

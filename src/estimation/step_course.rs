@@ -10,7 +10,7 @@ const APART: f64 = 1e-4;
 /// Two lags, one behind the other.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lags {
-    /// [1/s] poles.
+    /// [rad/s] poles.
     slow: f64,
     fast: f64,
     /// [-] fast / (fast - slow): by how much the first lag's way shows in the output.
@@ -18,7 +18,7 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// Of a `pole` [1/s] and a `second` time constant [s].
+    /// Of a `pole` [rad/s] and a `second` time constant [s].
     pub fn new(pole: f64, second: f64) -> Self {
         if second * pole < THRESHOLDS.no_second_lag {
             return Self { slow: pole, fast: f64::INFINITY, weight: 1.0 };

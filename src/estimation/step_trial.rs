@@ -38,7 +38,7 @@ pub(crate) struct Stepped<'a> {
 /// How the output follows a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Following {
-    /// [1/s]
+    /// [rad/s]
     pub pole: f64,
     /// [-] half of the logarithm of the pole of steps up over that of steps down.
     pub upward: f64,

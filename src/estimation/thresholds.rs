@@ -153,8 +153,8 @@ crate::thresholds! {
     judged_steps: usize = 400, "count", "judgement (time of computing)";
     /// logarithm of the likelihood that each step gains by an instant of its own, below which steps at their rows are enough
     instants_gain: f64 = 0.6, "-", "1/2 by chance, for one number each; random benches whose commands step between rows: 0.69 and more";
-    /// poles, from 2 1/s on by 1.5 each, of which the best is refined
-    tried_poles: i32 = 12, "count", "to 170 1/s";
+    /// poles, from 2 rad/s on by 1.5 each, of which the best is refined
+    tried_poles: i32 = 12, "count", "to 170 rad/s";
     /// [s] dead time behind a step that is looked for, at most
     longest_step_delay: f64 = 0.15, "s", "judgement: ESCs answer within a tenth of that";
     /// [rows] by which all steps may be logged late

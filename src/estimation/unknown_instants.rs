@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::estimation::variable_projection;
 
-    /// Steps of a lag of 10 1/s, an unscored row at each; noise of 1.
+    /// Steps of a lag with a pole of 10 rad/s, an unscored row at each; noise of 1.
     fn record() -> Record<1> {
         let mut record = Record { time: vec![], output: vec![], inputs: vec![], segments: vec![] };
         let (mut now, mut input, mut time) = (500.0, 500.0, 0.0);

@@ -40,7 +40,7 @@ impl<'a> CommandResponses<'a> {
         Self { rotors, full_voltage, excited, own, pairs }
     }
 
-    /// Rates that can hardly be those of the commands beside them; where they cannot, that is all of it. `pole` [1/s] is that of the
+    /// Rates that can hardly be those of the commands beside them; where they cannot, that is all of it. `pole` [rad/s] is that of the
     /// bench's model: beside it a slow rotor has another reason than its time, unless that is off by the factor of a unit.
     pub fn suspicions(&self, pole: f64) -> Vec<Suspicion> {
         let crossed = self.pairs.iter().filter_map(|pair| self.crossed(*pair));

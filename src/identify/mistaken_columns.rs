@@ -62,7 +62,7 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
 
-    /// 60 s at 50 Hz: a rotor that follows g(u) of commands from 0.2 to 0.6 with `pole` [1/s], its rate through `read`.
+    /// 60 s at 50 Hz: a rotor that follows g(u) of commands from 0.2 to 0.6 with `pole` [rad/s], its rate through `read`.
     fn log(pole: f64, curve: impl Fn(f64) -> f64, read: impl Fn(f64) -> f64) -> Dataset {
         let time: Vec<f64> = (0..3000).map(|row| 0.02 * f64::from(row)).collect();
         // Levels that are held for 0.3 s, none of them twice running.

@@ -43,7 +43,7 @@ mod tests {
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
 
-    /// 50 Hz for 20 s of a rotor of 12 1/s. Its commands change after so many rows, or, `governed`, are what a controller makes of a load
+    /// 50 Hz for 20 s of a rotor with a pole of 12 rad/s. Its commands change after so many rows, or, `governed`, are what a controller makes of a load
     /// that comes and goes; `sign` is that of the column.
     fn answers(governed: bool, sign: f64, hold: usize) -> bool {
         let (mut rate, mut command, mut commands, mut rates) = (600.0, 0.5, Vec::new(), Vec::new());

@@ -24,7 +24,7 @@ crate::thresholds! {
     /// [rad/s] a faster pole asks for the unit of time: no rotor with a propeller is as fast.
     fastest_pole: f64 = 200.0, "rad/s", "judgement";
     /// [-] a slow pole is off by a unit of time when it is that unit times the model's pole within this factor.
-    time_unit_factor: f64 = 5.0, "-", "poles of rotors on benches: 4 to 60 1/s";
+    time_unit_factor: f64 = 5.0, "-", "poles of rotors on benches: 4 to 60 rad/s";
     /// [-] share of the voltage that a battery may have lost where nobody read it, before falling rates are blamed on the command.
     unread_battery_fall: f64 = 0.3, "-", "judgement";
     /// [-] rates belong to another rotor's command when the error behind it is below this share of the error behind their own.
@@ -32,7 +32,7 @@ crate::thresholds! {
     /// [-] rms errors of the fit by which a curve must fall over the commands before the command counts the other way round.
     falling_rate_rms: f64 = 2.0, "-", "judgement";
     /// [s] over which a command's change, and the rate's behind it, are taken for the sign of an answer.
-    answer_span: f64 = 0.1, "s", "a rotor of 10 1/s has gone most of its way";
+    answer_span: f64 = 0.1, "s", "a rotor with a pole of 10 rad/s has gone most of its way";
     /// Standard errors of the mean of their products from which the rate answers a change of the command downwards.
     answer_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";
     /// Changes of one size whose answers agree, at least, where the rate is held against what it does under a command that stands.

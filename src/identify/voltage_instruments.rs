@@ -23,7 +23,7 @@ const OF_ONE: usize = 5;
 /// How a rotor follows its command, roughly: what it draws from the battery goes with its rate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RotorResponse {
-    /// [1/s]
+    /// [rad/s]
     pub pole: f64,
     /// [s]
     pub delay: f64,

@@ -66,7 +66,7 @@ pub struct Actuator {
     pub voltage_gain: f64,
     /// [V] v_bmax, the full battery.
     pub full_voltage: f64,
-    /// [1/s] p.
+    /// [rad/s] p.
     pub pole: f64,
     /// [N s²/rad²] c in f = c ω_p².
     pub thrust_coefficient: f64,
@@ -319,7 +319,7 @@ impl Model {
     pub fn base_parameter_unit(name: &str) -> (&'static str, &'static str) {
         match name {
             "voltage_gain" => ("rad/(s V)", "k_V"),
-            "pole" => ("1/s", "p"),
+            "pole" => ("rad/s", "p"),
             "inertia" => ("kg m^2", "J"),
             _ => ("rad/s", CURVE.iter().find(|(curve, _)| *curve == name).map_or("", |(_, symbol)| symbol)),
         }

@@ -63,7 +63,7 @@ pub(crate) struct Beside {
 /// A voltage without the noise of its reading.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VoltageInstrument {
-    /// [1/s] Between two samples it moves as what follows a held command with this pole.
+    /// [rad/s] Between two samples it moves as what follows a held command with this pole.
     pub pole: f64,
     /// [V] rms of what was read beside it.
     pub noise: f64,

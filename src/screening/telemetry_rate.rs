@@ -6,13 +6,13 @@ use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreenedLog};
 use crate::estimation::quantile::median_step;
 
-/// Whether rates that are `interval` [s] apart are too far apart for a rotor with this pole [1/s].
+/// Whether rates that are `interval` [s] apart are too far apart for a rotor with this pole [rad/s].
 #[must_use]
 pub fn is_too_seldom(interval: f64, pole: f64) -> bool {
     interval * pole > THRESHOLDS.seldom_readings
 }
 
-/// [Hz] the least rate of readings that shows how a rotor with this pole [1/s] follows.
+/// [Hz] the least rate of readings that shows how a rotor with this pole [rad/s] follows.
 #[must_use]
 pub fn rate_needed(pole: f64) -> f64 {
     pole / THRESHOLDS.seldom_readings
@@ -26,7 +26,7 @@ pub fn reading_interval(time: &[f64], readings: &[f64]) -> Option<f64> {
 }
 
 impl RotorLog {
-    /// Says that its rates come too seldom for a rotor with this pole [1/s].
+    /// Says that its rates come too seldom for a rotor with this pole [rad/s].
     pub(crate) fn too_seldom(&self, pole: f64) -> Option<Finding> {
         let interval = reading_interval(&self.time, &self.rate).filter(|it| is_too_seldom(*it, pole))?;
         let found = self.finding("readings_too_seldom").with("rate_hz", interval.recip());
@@ -34,7 +34,7 @@ impl RotorLog {
     }
 }
 
-/// Those of these rotors of the logs whose rates come too seldom for a rotor with this pole [1/s]. Where the columns themselves cannot be
+/// Those of these rotors of the logs whose rates come too seldom for a rotor with this pole [rad/s]. Where the columns themselves cannot be
 /// what they are said to be, their time may not either.
 pub(crate) fn too_seldom(logs: &[ScreenedLog], rotors: &[usize], pole: f64) -> Vec<Finding> {
     let measured = logs.iter().flat_map(ScreenedLog::rotors).filter(|it| rotors.contains(&it.number()));

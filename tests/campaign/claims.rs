@@ -152,7 +152,7 @@ mod at_length {
         }
     }
 
-    /// A plain lag of 12 1/s in rows of 20 ms, with a dead time of a part of a row: nobody can tell that from when the steps came, so
+    /// A plain lag with a pole of 12 rad/s in rows of 20 ms, with a dead time of a part of a row: nobody can tell that from when the steps came, so
     /// nothing is named for it.
     #[test]
     fn a_dead_time_of_half_a_row_is_none_where_commands_step_between_rows() {

@@ -132,8 +132,8 @@ fn what_identify_and_the_screening_decide_by_is_what_their_pages_say() {
                 word(it.mismatch_errors)
             ),
             format!("further apart than {} time constants", seen.seldom_readings),
-            format!("{} Hz are needed for p = 16 1/s", 16.0 / seen.seldom_readings),
-            format!("a pole below {} 1/s", it.slowest_pole),
+            format!("{} Hz are needed for p = 16 rad/s", 16.0 / seen.seldom_readings),
+            format!("a pole below {} rad/s", it.slowest_pole),
             format!("not known to {} % counts as not found", percent(it.insignificant_share)),
         ],
     );

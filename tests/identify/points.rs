@@ -76,7 +76,7 @@ fn points_are_no_experiment() {
     assert!(refused.is_err_and(|error| format!("{error:?}").contains("rows_are_levels")));
 }
 
-/// Given a clock that they do not have, they would be rates that lead their commands by half a row, with a pole of 70,000 1/s.
+/// Given a clock that they do not have, they would be rates that lead their commands by half a row, with a pole of 70,000 rad/s.
 #[test]
 fn points_with_a_clock_that_they_do_not_have_are_asked_about() {
     for pause in [0.001, 0.01, 0.1] {

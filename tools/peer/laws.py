@@ -16,7 +16,7 @@ import numpy as np
 
 warnings.filterwarnings("ignore")
 C_G = (1124.5, 447.1)  # [rad/s] g(u) = 1124.5 u + 447.1 u², [LPC16] Table I
-K_V, FULL, POLE = 40.0, 12.6, 16.0  # [rad/(s V)], [V], [1/s]
+K_V, FULL, POLE = 40.0, 12.6, 16.0  # [rad/(s V)], [V], [rad/s]
 THRUST, ARM, INERTIA = 0.0197**2 / (4 * 6.0771), 0.25, 0.032  # [N s²/rad²], [m], [kg m²]
 SMOOTHERS = (5, 9, 15)  # [rows] windows of the smoothed derivative
 LEAST_EXPLAINED = 0.6  # as `discover` asks

@@ -43,7 +43,7 @@ def table(rows):
         lines.append(f"| {rows:,} | {work} | {seconds:.2f} | {processor:.2f} | {memory:.0f} | {ratio} | {answer} |")
 
     line("pandas reads the log", read, f"{size:.0f} MB of CSV")
-    line("scipy fits one rotor's pole and curve", fitted, f"p = {float(fitted[3]):.3f} 1/s")
+    line("scipy fits one rotor's pole and curve", fitted, f"p = {float(fitted[3]):.3f} rad/s")
     line("`import`, beside pandas", measured([program, "import", log]), "", read)
     taken = measured([program, "compare", "--log", log, "--json"])
     blocks = {block["signal"]: block for block in json.loads(taken[3])["comparisons"][0]["blocks"] if block["name"] == "body"}
@@ -51,7 +51,7 @@ def table(rows):
     model = folder / "identified.toml"
     taken = measured([program, "identify", "--log", log, "-o", model, "--force"])
     pole = next((text for text in model.read_text().splitlines() if text.startswith("pole")), "pole = ?")
-    line("`identify`, beside scipy", taken, f"p = {float(pole.split('=')[1]):.3f} 1/s", fitted)
+    line("`identify`, beside scipy", taken, f"p = {float(pole.split('=')[1]):.3f} rad/s", fitted)
     beside = {"thirds of the log held out": [], "with as long a validation log": ["--validate", validation]}
     for held_out, more in beside.items():
         taken = measured([program, "diagnose", "--log", log, *more, "--json"])

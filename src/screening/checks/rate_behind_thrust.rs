@@ -132,7 +132,7 @@ mod tests {
     use crate::screening::ScreenedLog;
     use crate::screening::tests::noise_of as noise;
 
-    /// 40 s at 100 Hz of a rotor of 12 1/s whose rate is read `late` and whose thrust is read `cell` [ms] after it is, by a noise of
+    /// 40 s at 100 Hz of a rotor with a pole of 12 rad/s whose rate is read `late` and whose thrust is read `cell` [ms] after it is, by a noise of
     /// `rough` [N]; a reading every `every` rows.
     fn found(late: usize, cell: usize, rough: f64, every: usize) -> Option<(f64, f64)> {
         let command = |ms: usize| 0.3 + 0.1 * ((ms / 400 * 7 % 5) as f64);

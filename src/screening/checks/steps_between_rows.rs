@@ -111,7 +111,7 @@ mod tests {
     /// [s] of the rows.
     const ROW: f64 = 0.02;
 
-    /// 60 s of a lag of 12 1/s whose command steps each 0.5 to 0.9 s, `placed` says when; and when each step happened.
+    /// 60 s of a lag with a pole of 12 rad/s whose command steps each 0.5 to 0.9 s, `placed` says when; and when each step happened.
     fn log(placed: impl Fn(f64) -> f64) -> (ScreenedLog, Vec<f64>) {
         let (log, steps) = made(placed, 0.0, 0.0);
         (log.into(), steps)

@@ -41,7 +41,7 @@ fn a_rotor_that_has_not_started_yet_stands_whatever_is_commanded() {
     assert!((7.46..7.53).contains(&first), "{first}: {:?}", stalls.1);
 }
 
-/// A rotor of 12 1/s that loses its motor under a command of 0.12 or more at 8 s, stands at exactly 0 for 4.8 s and runs up again:
+/// A rotor with a pole of 12 rad/s that loses its motor under a command of 0.12 or more at 8 s, stands at exactly 0 for 4.8 s and runs up again:
 /// what counts is what it does before its fall and half a second after its start.
 #[test]
 fn a_stall_while_the_rotor_is_commanded_is_no_evidence_of_its_law() {
@@ -84,7 +84,7 @@ fn a_dead_zone_is_no_stall() {
     assert_eq!(counted(&dead).0, 1000);
 }
 
-/// The same of rotors of 12 1/s, which still stand in the row in which they are commanded more, and of a speed controller that keeps a
+/// The same of rotors with a pole of 12 rad/s, which still stand in the row in which they are commanded more, and of a speed controller that keeps a
 /// fifth of its range for itself.
 #[test]
 fn a_dead_zone_is_no_stall_where_the_rotor_takes_its_time_to_start() {

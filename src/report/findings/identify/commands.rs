@@ -25,7 +25,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             )
         }
         "rates_answer_at_once" => format!(
-            "each rate is that of the command in its own row, {} ms from the next, as if the rotor followed with a pole of {:.0} 1/s, \
+            "each rate is that of the command in its own row, {} ms from the next, as if the rotor followed with a pole of {:.0} rad/s, \
              and no rotor with a propeller comes to {:.0}: where each row is a level at which the rotor had settled (the table of \
              a thrust stand), say `levels = true` in its mapping, in place of a clock; else the rates were reckoned from the commands",
             short(1e3 * n("interval_s")),
@@ -44,7 +44,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             )
         }
         "rotor_too_slow" => format!(
-            "the rates follow the commands with a time constant of {:.0} s (a pole of {:.3} 1/s), and no rotor on a bench is that \
+            "the rates follow the commands with a time constant of {:.0} s (a pole of {:.3} rad/s), and no rotor on a bench is that \
              slow; if the time is in milliseconds or microseconds, import it with unit `ms` or `us`",
             1.0 / n("pole_rad_s"),
             n("pole_rad_s")

@@ -22,7 +22,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             number("interval_s")
         ),
         "readings_too_seldom" => format!(
-            "rates come at {} Hz, and a rotor with a pole of {} 1/s has settled between two of them: {} Hz are the least that show how \
+            "rates come at {} Hz, and a rotor with a pole of {} rad/s has settled between two of them: {} Hz are the least that show how \
              it follows, so pole and delay are not fitted to them (PX4: SDLOG_PROFILE; ArduPilot and ESCs: a faster telemetry)",
             digits(number("rate_hz"), 2),
             digits(number("pole_rad_s"), 3),
