@@ -123,7 +123,7 @@ impl Driver<'_> {
                 time: data.time_cells().part(rows.clone()),
                 torque: torque.mean,
                 torque_slope: torque.slope,
-                carried: torque.carried,
+                propagated: torque.propagated,
                 propeller_rate: torque.rates.map(Cells::into_vec),
                 rate: rate.part(rows.clone()),
                 angle: angle.as_ref().map(|angle| angle.part(rows.clone())).unwrap_or_default(),
@@ -154,13 +154,14 @@ impl Driver<'_> {
         let slope = forward_slopes(time, &torque(&first.at, &second.at)).into();
         drop((first.at, second.at));
         let mean = torque(&first.mean, &second.mean);
-        let noisy = |rates: &[f64], carried: &[f64], row: usize| rates[row] + carried[row];
+        let noisy = |rates: &[f64], propagated: &[f64], row: usize| rates[row] + propagated[row];
         let torque_with_noise = |row: usize| {
-            let rates = [noisy(&first.mean, &first.carried, row), noisy(&second.mean, &second.carried, row)];
+            let rates =
+                [noisy(&first.mean, &first.propagated, row), noisy(&second.mean, &second.propagated, row)];
             self.equations.rotor_torque(rates[0], rates[1])
         };
-        let carried = mean.iter().enumerate().map(|(row, quiet)| torque_with_noise(row) - quiet).collect();
-        TorqueOver { mean, slope, carried, rates: [first.mean, second.mean] }
+        let propagated = mean.iter().enumerate().map(|(row, quiet)| torque_with_noise(row) - quiet).collect();
+        TorqueOver { mean, slope, propagated, rates: [first.mean, second.mean] }
     }
 
     /// The best guess of a rotor's true rate over a log.
@@ -201,9 +202,9 @@ impl Driver<'_> {
         let (modelled, whole) = (|row: usize| trace.measured[row], 0..left.len());
         let noise = noise.in_residual((&left, &modelled), std::slice::from_ref(&whole), 0.0, 1.0);
         trace.measured = Vec::new();
-        let (lacks, carried) = smooth(&left, &noise);
+        let (lacks, propagated) = smooth(&left, &noise);
         drop(left);
-        let Rates { at, mean, carried: noise } = rates;
+        let Rates { at, mean, propagated: noise } = rates;
         let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
         for (row, lack) in run.rows.clone().zip(&lacks) {
             let within = row - run.rows.start;
@@ -211,8 +212,8 @@ impl Driver<'_> {
             at[row] = trace.rate[within] + lack;
             mean[row] = trace.mean[within] + 0.5 * (lack + next);
             // Each rotor has noise of its own: the second takes the example backwards.
-            let drawn = if run.rotor == 0 { within } else { carried.len() - 1 - within };
-            noise[row] = carried[drawn];
+            let drawn = if run.rotor == 0 { within } else { propagated.len() - 1 - within };
+            noise[row] = propagated[drawn];
         }
     }
 
@@ -221,7 +222,7 @@ impl Driver<'_> {
         let judged = screened.commanded(rotor + 1)?;
         let data = judged.data();
         let still = Cells::from(vec![0.0; data.time.len()]);
-        let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
+        let mut rates = Rates { at: still.clone(), mean: still.clone(), propagated: still };
         let mut trace = RotorTrace::default();
         for rows in judged.stretches().iter().cloned() {
             let input = RotorInput {
@@ -246,7 +247,7 @@ struct TorqueOver {
     /// [N m/s]
     slope: Cells,
     /// [N m] an example of the noise in it.
-    carried: Cells,
+    propagated: Cells,
     /// [rad/s] means of the rotors' rates; empty where it was logged.
     rates: [Cells; 2],
 }
@@ -255,7 +256,7 @@ impl TorqueOver {
     /// The torque as it was commanded [N m]: held from row to row, and without noise.
     fn commanded(torque: &[f64]) -> Self {
         let zeros = || Cells::from(vec![0.0; torque.len()]);
-        Self { mean: torque.to_vec(), slope: zeros(), carried: zeros(), rates: Default::default() }
+        Self { mean: torque.to_vec(), slope: zeros(), propagated: zeros(), rates: Default::default() }
     }
 }
 
@@ -264,7 +265,7 @@ impl TorqueOver {
 struct Rates {
     at: Cells,
     mean: Cells,
-    carried: Cells,
+    propagated: Cells,
 }
 
 impl Rates {
@@ -279,11 +280,11 @@ impl Rates {
             std::slice::from_ref(&whole),
             1.0,
         );
-        let mut carried = white(at.len(), size);
-        copy_missing(&mut carried, measured);
+        let mut propagated = white(at.len(), size);
+        copy_missing(&mut propagated, measured);
         Self {
             mean: pairs.chain(at.last().copied()).collect(),
-            carried: lines(&carried).into(),
+            propagated: lines(&propagated).into(),
             at: at.into(),
         }
     }
@@ -297,7 +298,7 @@ impl Rates {
             }
             own
         };
-        Self { at: take(&mut self.at), mean: take(&mut self.mean), carried: take(&mut self.carried) }
+        Self { at: take(&mut self.at), mean: take(&mut self.mean), propagated: take(&mut self.propagated) }
     }
 }
 

@@ -42,7 +42,7 @@ pub struct BlockData {
     units: Vec<Range<usize>>,
     len: usize,
     measured: Option<Arc<MeasuredRows>>,
-    carried: [f64; 2],
+    propagated: [f64; 2],
     noise: [ChannelNoise; 2],
 }
 
@@ -64,9 +64,9 @@ impl BlockData {
                 }
             }
         }
-        let carried = match &runs {
+        let propagated = match &runs {
             Runs::Rotor(_) => [0.0; 2],
-            Runs::Body(runs) => body_block::carried(runs),
+            Runs::Body(runs) => body_block::propagated(runs),
         };
         let noise = match &runs {
             Runs::Rotor(runs) => {
@@ -84,9 +84,9 @@ impl BlockData {
         };
         if let Runs::Body(runs) = &mut runs {
             // Nobody else asks for it, and of a long log it is long.
-            runs.iter_mut().for_each(|run| run.carried = Cells::default());
+            runs.iter_mut().for_each(|run| run.propagated = Cells::default());
         }
-        Self { runs, sigma: [1.0; 2], units, len, measured, carried, noise }
+        Self { runs, sigma: [1.0; 2], units, len, measured, propagated, noise }
     }
 
     /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
@@ -95,7 +95,7 @@ impl BlockData {
     pub fn floors(&self, residuals: &Residuals, inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            let carried = self.carried[channel] / inertia;
+            let propagated = self.propagated[channel] / inertia;
             let (left, pieces) = residuals.of_parts(&self.pieces(channel));
             let measured = self.measured(channel);
             // What a model says that leaves these residuals, in the channel's unit.
@@ -103,8 +103,8 @@ impl BlockData {
                 let piece = pieces.partition_point(|piece| piece.end <= row);
                 measured[piece][row - pieces[piece].start] - self.sigma[channel] * left[row]
             };
-            let noise = self.noise[channel].in_residual((&left, &modelled), &pieces, carried, *floor);
-            *floor = noise.rms.hypot(carried);
+            let noise = self.noise[channel].in_residual((&left, &modelled), &pieces, propagated, *floor);
+            *floor = noise.rms.hypot(propagated);
         }
         floors
     }
@@ -115,7 +115,7 @@ impl BlockData {
     pub fn white_floors(&self, residuals: &Residuals, inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            *floor = self.white_noise(residuals, channel).hypot(self.carried[channel] / inertia);
+            *floor = self.white_noise(residuals, channel).hypot(self.propagated[channel] / inertia);
         }
         floors
     }
@@ -340,6 +340,6 @@ impl BlockData {
             }
             Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
         };
-        Self { sigma: self.sigma, carried: self.carried, ..Self::new(runs) }
+        Self { sigma: self.sigma, propagated: self.propagated, ..Self::new(runs) }
     }
 }

@@ -24,7 +24,7 @@ pub struct BodyRun {
     /// [N m/s] how the torque rises within the interval after each sample.
     pub torque_slope: Cells,
     /// [N m] an example of the noise that the torque carries from the rotors' sensors; none once it was asked what it does.
-    pub carried: Cells,
+    pub propagated: Cells,
     /// The inputs for a model without delay or lag of the torque.
     pub input: Arc<BodyInput>,
     /// [rad/s] not-a-number where missing.
@@ -64,7 +64,7 @@ impl BodyRun {
     /// A run cut into windows of `horizon` [s].
     #[must_use]
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
-        let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
+        let BodySource { time, torque, torque_slope, propagated, propeller_rate, rate, angle } = source;
         let windows = windows::apart(&time, horizon, THRESHOLDS.window_samples, THRESHOLDS.window_rest);
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Cells::default() };
         let path = BodyPath::of(&time, &angle, &rate);
@@ -76,7 +76,7 @@ impl BodyRun {
             log,
             rows,
             torque_slope,
-            carried,
+            propagated,
             rate,
             angle,
             counts: vec![true; windows.len()],
@@ -153,7 +153,7 @@ pub struct BodySource {
     /// [N m/s] how it rises within the interval.
     pub torque_slope: Cells,
     /// [N m] an example of the noise in it.
-    pub carried: Cells,
+    pub propagated: Cells,
     /// [rad/s] means; empty when there is none.
     pub propeller_rate: [Vec<f64>; 2],
     /// [rad/s]
@@ -194,16 +194,16 @@ pub(crate) fn measured_rows(runs: &[BodyRun], units: &[Range<usize>]) -> Option<
 /// What the noise in the torque does to rate and angle of a body of 1 kg m² over the windows, rms, the fitted initial
 /// state taken off: [rad/s] and [rad] times kg m².
 #[must_use]
-pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
+pub fn propagated(runs: &[BodyRun]) -> [f64; 2] {
     let (mut sums, mut count) = ([0.0, 0.0], 0.0);
-    for run in runs.iter().filter(|run| !run.carried.is_empty()) {
+    for run in runs.iter().filter(|run| !run.propagated.is_empty()) {
         for rows in &run.windows {
             let (mut rates, mut angles) = (vec![0.0], vec![0.0]);
             for row in rows.start..rows.end - 1 {
                 let step = run.input.time[row + 1] - run.input.time[row];
                 let (rate, angle) = (rates[rates.len() - 1], angles[angles.len() - 1]);
-                rates.push(rate + step * run.carried[row]);
-                angles.push(angle + step * (rate + 0.5 * step * run.carried[row]));
+                rates.push(rate + step * run.propagated[row]);
+                angles.push(angle + step * (rate + 0.5 * step * run.propagated[row]));
             }
             sums[0] += squares_about_mean(rates.iter().copied()).1;
             sums[1] += beside_a_line(&angles);

@@ -245,7 +245,7 @@ mod tests {
         let source = BodySource {
             torque,
             torque_slope: zero.clone().into(),
-            carried: zero.into(),
+            propagated: zero.into(),
             rate,
             angle: angle.into(),
             time: time.into(),

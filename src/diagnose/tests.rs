@@ -128,7 +128,7 @@ pub(crate) fn weighed_down(sign: f64, has_angle: bool) -> DataSplit {
         time: (0..ROWS).map(|row| 0.01 * row as f64).collect::<Vec<f64>>().into(),
         torque: torque.into_iter().map(|torque| sign * torque).collect(),
         torque_slope: zeros.clone().into(),
-        carried: zeros.into(),
+        propagated: zeros.into(),
         rate: rate.into(),
         angle: if has_angle { angle.into() } else { Default::default() },
         ..BodySource::default()

@@ -86,7 +86,7 @@ mod tests {
         let source = BodySource {
             torque: (0..ROWS).map(|row| 0.1 * (row / 40 % 2) as f64).collect(),
             torque_slope: vec![0.0; ROWS].into(),
-            carried: vec![0.0; ROWS].into(),
+            propagated: vec![0.0; ROWS].into(),
             propeller_rate: [rates.clone(), rates],
             rate: vec![0.1; ROWS].into(),
             time: time().into(),

@@ -115,7 +115,7 @@ mod tests {
         let source = BodySource {
             torque: vec![0.0; 100],
             torque_slope: vec![0.0; 100].into(),
-            carried: vec![0.0; 100].into(),
+            propagated: vec![0.0; 100].into(),
             rate: time.iter().map(|t| 2.4 * (6.0 * t).cos()).collect(),
             propeller_rate: [vec![600.0; 100], vec![500.0; 100]],
             angle: if has_angle { angle.into() } else { Vec::new().into() },

@@ -323,7 +323,7 @@ mod tests {
             time: (0..ROWS).map(|row| 0.01 * row as f64).collect(),
             torque: torques,
             torque_slope: vec![0.0; ROWS].into(),
-            carried: vec![0.0; ROWS].into(),
+            propagated: vec![0.0; ROWS].into(),
             rate: rates.into(),
             angle: angles.into(),
             ..BodySource::default()

@@ -113,7 +113,7 @@ pub struct Left<'a> {
     /// The step of the reading, in the residual's unit; 0 where it has none.
     pub step: f64,
     /// Rms of what noise of other sensors leaves in it, in the residual's unit.
-    pub carried: f64,
+    pub propagated: f64,
 }
 
 /// Rms of what surely is noise in residuals, in their unit: the white and steady part, with the steps of the reading.
@@ -138,7 +138,7 @@ pub fn noise_left(left: &Left) -> SensorNoise {
     let rms = memory.map_or(0.0, |memory| next.altogether / visible(memory, 1).sqrt());
     let own = left.pieces.iter().flat_map(|piece| &left.residual[piece.clone()]);
     let all = mean_square(own.copied().filter(is_there)).sqrt();
-    let is_all = all <= THRESHOLDS.all_noise * rms.hypot(left.carried);
+    let is_all = all <= THRESHOLDS.all_noise * rms.hypot(left.propagated);
     match memory {
         Some(memory) if is_all && (memory == 0.0 || !depends(&of_part, memory)) => {
             SensorNoise { rms: rms.max(white), memory, is_all }
@@ -288,7 +288,13 @@ mod tests {
     }
 
     fn left(residual: &[f64], modelled: &[f64]) -> SensorNoise {
-        noise_left(&Left { residual, modelled: &|row| modelled[row], pieces: WHOLE, step: 0.0, carried: 0.0 })
+        noise_left(&Left {
+            residual,
+            modelled: &|row| modelled[row],
+            pieces: WHOLE,
+            step: 0.0,
+            propagated: 0.0,
+        })
     }
 
     fn rms(values: &[f64]) -> f64 {
@@ -338,8 +344,13 @@ mod tests {
             let residual: Vec<f64> = read.iter().zip(&truth).map(|(read, truth)| read - truth).collect();
             let rms = deviation(residual.iter().copied());
             let modelled = |row: usize| truth[row];
-            let left =
-                Left { residual: &residual, modelled: &modelled, pieces: WHOLE, step: found, carried: 0.0 };
+            let left = Left {
+                residual: &residual,
+                modelled: &modelled,
+                pieces: WHOLE,
+                step: found,
+                propagated: 0.0,
+            };
             let floor = noise_left(&left).rms;
             // 10 % over the floor is what counts as something missing. What steps do to a smooth signal changes sign more often
             // than noise would, which third differences take for more, by 14 % here.
@@ -387,7 +398,7 @@ mod tests {
         let whole = 0..values.len();
         let pieces = std::slice::from_ref(&whole);
         let found =
-            noise_left(&Left { residual: &values, modelled: &|_| 0.0, pieces, step: 0.0, carried: 0.0 });
+            noise_left(&Left { residual: &values, modelled: &|_| 0.0, pieces, step: 0.0, propagated: 0.0 });
         // 150,000 of the readings, a sixth of them independent, know it to 1 %.
         assert!(found.is_all && (found.rms / 2.0 - 1.0).abs() < 0.03, "{found:?}");
     }

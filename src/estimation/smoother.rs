@@ -22,9 +22,9 @@ pub fn smooth(values: &[f64], noise: &SensorNoise) -> (Vec<f64>, Vec<f64>) {
     }
     let mut noise = example(values.len(), noise);
     copy_missing(&mut noise, values);
-    let carried = level(&noise, walk);
+    let propagated = level(&noise, walk);
     drop(noise);
-    (level(values, walk), carried)
+    (level(values, walk), propagated)
 }
 
 /// Marks as missing in an example of noise what is missing in the values that it belongs to.

@@ -43,17 +43,17 @@ impl ChannelNoise {
     }
 
     /// The noise in what a model leaves of the channel, in the channel's unit. `residual` is over `unit`, and zero or not a number where
-    /// nothing was measured, and `modelled` is asked of rows in which something was; `carried` is the rms of what noise of other sensors leaves in it, in the channel's unit.
+    /// nothing was measured, and `modelled` is asked of rows in which something was; `propagated` is the rms of what noise of other sensors leaves in it, in the channel's unit.
     #[must_use]
     pub fn in_residual(
         &self,
         (residual, modelled): (&[f64], &dyn Fn(usize) -> f64),
         pieces: &[Range<usize>],
-        carried: f64,
+        propagated: f64,
         unit: f64,
     ) -> SensorNoise {
-        let (step, carried) = (self.step / unit, carried / unit);
-        let found = noise_left(&Left { residual, modelled, pieces, step, carried });
+        let (step, propagated) = (self.step / unit, propagated / unit);
+        let found = noise_left(&Left { residual, modelled, pieces, step, propagated });
         SensorNoise { rms: (unit * found.rms).max(self.resolution), ..found }
     }
 
