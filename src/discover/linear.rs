@@ -83,9 +83,9 @@ impl<'a> LinearizedBlock<'a> {
         known: &'a [Effect],
     ) -> Option<Self> {
         let model = &fitted.model;
-        let is_long = split.train.readings() > THRESHOLDS.screened_readings;
+        let is_long = split.train.readings() > THRESHOLDS.preselected_readings;
         let part = |data: &BlockData| {
-            let share = data.readings().div_ceil(THRESHOLDS.screened_readings);
+            let share = data.readings().div_ceil(THRESHOLDS.preselected_readings);
             if is_long && share > 1 { data.in_long_pieces(share) } else { data.clone() }
         };
         let data = [part(&split.train), part(&split.validate)];

@@ -204,7 +204,7 @@ fn remembering(outlooks: &[Outlook]) -> Vec<CandidateLaw> {
 }
 
 /// The laws that do best in one step, the best of each form at each place, best first.
-fn screened(linear: &LinearizedBlock, laws: &[CandidateLaw]) -> Vec<(CandidateLaw, Score)> {
+fn preselected(linear: &LinearizedBlock, laws: &[CandidateLaw]) -> Vec<(CandidateLaw, Score)> {
     let scored = spread(laws, |law| linear.score(&linear.columns(law)?, 0.0));
     let mut scored: Vec<(CandidateLaw, Score)> =
         laws.iter().zip(scored).filter_map(|(law, score)| Some((law.clone(), score?))).collect();
@@ -231,7 +231,7 @@ fn refitted(
     laws: &[CandidateLaw],
     progress: &(dyn Fn(SearchEvent) + Sync),
 ) -> Vec<Formula> {
-    let formulas = spread(&screened(linear, laws), |(law, score)| {
+    let formulas = spread(&preselected(linear, laws), |(law, score)| {
         progress(SearchEvent::Fitted);
         task.refit(law, &score.coefficients, &linear.numbers_after(score))
     });
@@ -250,7 +250,7 @@ fn with_one_more(
     let known: Vec<Effect> = [task.known, &[now.fitted.model.effect(task.id).ok()?]].concat();
     let linear = LinearizedBlock::new(task.split(), &now.fitted, &now.fitted.names, &known)?;
     let here: Vec<&Place> = places.iter().filter(|place| place.site == now.law.site).copied().collect();
-    let best = screened(&linear, &laws(&here, lines));
+    let best = preselected(&linear, &laws(&here, lines));
     let formulas = spread(&best, |(law, score)| {
         progress(SearchEvent::Fitted);
         let terms = [&now.law.terms[..], &law.terms[..]].concat();
@@ -344,7 +344,7 @@ mod tests {
         let angle = angle
             .filter(|place| place.site == Site::Torque && place.channels[0].signal == signals::BODY_ANGLE);
         let places: Vec<Place> = angle.collect();
-        let found = screened(&linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
+        let found = preselected(&linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
         let (law, score) = &found[0];
         let number = law.terms[0].inner[0].value;
         assert!(law.terms[0].is_wave() && (number - TEETH).abs() < 0.2, "{}: {number}", law.expression());

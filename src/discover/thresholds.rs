@@ -58,7 +58,7 @@ crate::thresholds! {
     /// draws of those stretches
     draws: usize = 400, "count", "a share known to 2.5 %";
     /// readings above which shapes and forms are compared on a part of the data
-    screened_readings: usize = 30_000, "count", "times of long logs";
+    preselected_readings: usize = 30_000, "count", "times of long logs";
     /// lines of the residual that lie closer than so many turns over the log are one
     lines_apart: f64 = 2.0, "count", "the foot of a line in a periodogram without a window";
     /// lines (frequencies) of the residual that are tried
