@@ -11,8 +11,16 @@ use super::sources::sources;
 /// Room and name of a threshold, and the files that use it, each from the top of `src/`.
 type Uses = BTreeMap<(String, String), BTreeSet<String>>;
 
+/// Whether a source is compiled for tests alone.
+fn is_test(source: &Source) -> bool {
+    source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()))
+}
+
 /// Every `THRESHOLDS.name` in `source`, tests apart, with the room whose table it is: named before it, or where it is imported.
 fn find_uses(source: &Source, uses: &mut Uses) {
+    if is_test(source) {
+        return;
+    }
     let code = program(&source.text);
     let part_of_a_word = |letter: char| letter.is_alphanumeric() || letter == '_';
     let room_before = |at: usize| {
@@ -52,8 +60,13 @@ fn uses_of_thresholds_are_found_by_the_room_whose_they_are() {
         module: vec!["cli".to_owned(), "show".to_owned()],
         text: "use crate::control::thresholds::THRESHOLDS;\nfn f() { a > THRESHOLDS.least }".to_owned(),
     };
+    let test = Source {
+        name: "control/tests/least.rs".to_owned(),
+        module: vec!["control".to_owned(), "tests".to_owned(), "least".to_owned()],
+        text: "fn f() { a > THRESHOLDS.least }".to_owned(),
+    };
     let mut uses = Uses::new();
-    [source, other].iter().for_each(|source| find_uses(source, &mut uses));
+    [source, other, test].iter().for_each(|source| find_uses(source, &mut uses));
     let found: Vec<_> = uses.keys().map(|(room, name)| format!("{room} {name}")).collect();
     assert_eq!(found, ["control least", "log hole"]);
     assert_eq!(used_in(&uses, "control", "least"), "`cli/show.rs` `design/tune.rs`");
@@ -252,12 +265,10 @@ fn nothing_is_decided_by_a_whole_number_of_its_own() {
     }
     for source in read_sources() {
         let name = source.name.as_str();
-        let is_test =
-            source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
         let is_other =
             name.ends_with("thresholds.rs") || OTHER_NUMBERS.iter().any(|(start, _)| name.starts_with(start));
         let decides = is_looked_at(&source) && source.module[0] != "report";
-        if is_test || is_other || !decides {
+        if is_test(&source) || is_other || !decides {
             continue;
         }
         let known: &[&str] =
@@ -311,9 +322,7 @@ fn nothing_is_decided_by_a_number_of_its_own() {
     let mut found = Vec::new();
     let mut unused: BTreeSet<&str> = OTHER_NUMBERS.iter().map(|(start, _)| *start).collect();
     for source in read_sources() {
-        let is_test =
-            source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
-        if !is_looked_at(&source) || is_test || source.name.ends_with("thresholds.rs") {
+        if !is_looked_at(&source) || is_test(&source) || source.name.ends_with("thresholds.rs") {
             continue;
         }
         let other = OTHER_NUMBERS.iter().find(|(start, _)| source.name.starts_with(start));
