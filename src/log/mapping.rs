@@ -144,10 +144,6 @@ fn utf_8() -> String {
     "utf-8".to_owned()
 }
 
-fn second() -> String {
-    "s".to_owned()
-}
-
 fn one() -> f64 {
     1.0
 }
@@ -222,7 +218,7 @@ impl Mapping {
         });
         let time = TimeConfig {
             column: Some(columns::TIME.to_owned()),
-            unit: second(),
+            unit: clock::second(),
             period_s: None,
             levels: false,
         };

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::second;
 use crate::log::thresholds::THRESHOLDS;
 
 /// Where time comes from: a column, or a fixed period.
@@ -40,4 +39,8 @@ impl TimeConfig {
             _ => Err("time: give one of `column`, `period_s` and `levels`".to_owned()),
         }
     }
+}
+
+pub(super) fn second() -> String {
+    "s".to_owned()
 }
