@@ -13,9 +13,9 @@ pub struct Threshold {
     pub name: &'static str,
     /// The value as it stands in the code.
     pub value: &'static str,
-    /// Unit; `-` for a share or a ratio, `count` for a number of things.
+    /// Unit; `-` for a share or a ratio, `count` for a number of things, and what it is measured in by name (`standard errors`, `rows`).
     pub unit: &'static str,
-    /// What it decides and why, in one line.
+    /// What it decides and why, in one line that stands without its neighbours and does not repeat the unit.
     pub decides: &'static str,
     /// What it was calibrated on: data, a distribution, a standard, or `judgement`.
     pub calibrated: &'static str,
@@ -25,7 +25,7 @@ pub struct Threshold {
 ///
 /// ```
 /// rotorbench::thresholds! {
-///     /// [rad/s] a gyro rate beyond this is an outlier; no bench here turns faster.
+///     /// a gyro rate beyond this is an outlier; no bench here turns faster.
 ///     greatest_rate: f64 = 50.0, "rad/s", "judgement";
 /// }
 /// assert_eq!(THRESHOLDS.greatest_rate, 50.0);

@@ -31,12 +31,12 @@ crate::thresholds! {
     /// stretches of a long error in which is looked for what it follows in time
     related_stretches: usize = 24, "count", "many times the greatest lag each, and more than any phase of an experiment";
     /// standard errors of a correlation between unrelated signals beyond which it counts
-    correlation_bound: f64 = 2.58, "-", "normal distribution: 1 %";
+    correlation_bound: f64 = 2.58, "standard errors", "normal distribution: 1 %";
     /// greatest lag looked at, in samples
     most_lag: usize = 50, "count", "judgement";
     /// stretches of time that the error is shown over
     stretches_shown: usize = 60, "count", "columns of a small terminal";
-    /// [-] quantile of the slopes that counts as the fastest: beyond it lies noise
+    /// quantile of the slopes that counts as the fastest: beyond it lies noise
     fast_share: f64 = 0.99, "-", "judgement";
     /// a signal slower than this share of its fast motion (99th percentile) is at rest
     at_rest: f64 = 0.05, "-", "judgement";
@@ -52,22 +52,22 @@ crate::thresholds! {
     walks_tried: usize = 17, "count", "slowest_walk to 10 N m/sqrt(s)";
     /// samples from which the walk is chosen
     walk_samples: usize = 20_000, "count", "times of long logs";
-    /// [intervals] pieces so near each other are one to the spectrum
+    /// pieces so near each other are one to the spectrum
     joined_gap: f64 = 2.5, "intervals", "a row may be missing or late";
     /// samples to both sides over which a channel's rate of change is taken
     rate_reach: usize = 2, "count", "judgement";
     /// samples to both sides, at least and at most, of the window of a slope
     slope_reach: (usize, usize) = (2, 100), "count", "a slope needs five samples; time of computing";
-    /// [slope's reach] shorter stretches say nothing of the gyroscope: half of each is edge
-    slope_stretch: usize = 4, "count", "judgement";
-    /// [rad/s] noise that a gyroscope has at least: one without visible noise still has a last digit
+    /// length of a stretch over the reach of the window of a slope, below which it says nothing of the gyroscope: half of it is edge
+    slope_stretch: usize = 4, "-", "judgement";
+    /// noise that a gyroscope has at least: one without visible noise still has a last digit
     least_gyro_noise: f64 = 1e-6, "rad/s", "judgement";
-    /// [rad] the same of an angle
+    /// noise that a measured angle has at least: one without visible noise still has a last digit
     least_angle_noise: f64 = 1e-7, "rad", "judgement";
     /// rows from one reading to the next, at most, for the spectrum of an error that is not there in each row
-    widest_stride: usize = 4, "count", "judgement";
-    /// [s] horizon of the windows of the body, unless another one is asked for
+    widest_stride: usize = 4, "rows", "judgement";
+    /// horizon of the windows of the body, unless another one is asked for
     usual_horizon_s: f64 = 0.3, "s", "judgement";
-    /// [s] shortest and longest horizon that make sense
+    /// shortest and longest horizon that make sense
     horizons_s: (f64, f64) = (0.01, 600.0), "s", "judgement";
 }

@@ -39,18 +39,18 @@ crate::thresholds! {
     most_pieces: usize = 10, "count", "judgement";
     /// stretches that data are cut into, so that each fold has something of everything
     fold_stretches: usize = 30, "count", "judgement";
-    /// [s] window over which the gyro is held against the angle: longer than the angle's noise, shorter than a swing.
+    /// window over which the gyro is held against the angle: longer than the angle's noise, shorter than a swing.
     gyro_window_s: f64 = 0.1, "s", "judgement";
-    /// Windows from which on that says anything.
+    /// windows from which on the gyro held against the angle says anything.
     fewest_gyro_windows: usize = 50, "count", "judgement";
-    /// Standard errors that are added to the lag which the angle shows.
-    behind_angle_errors: f64 = 3.0, "-", "normal distribution: 0.3 %";
-    /// Rows below which a lag is none.
+    /// standard errors that are added to the lag of the gyro which the angle shows.
+    behind_angle_errors: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
+    /// lag of the gyro behind the angle below which it is none.
     behind_angle_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
     /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable
     most_slow_starts: usize = 4, "count", "judgement";
     /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise
-    forgotten_after: f64 = 8.0, "-", "the exponential";
+    forgotten_after: f64 = 8.0, "time constants", "the exponential";
     /// what was commanded before a log began is not known: the body windows that a rotor with a dead time drives begin so much later
     unlogged_command_s: f64 = 0.1, "s", "the longest dead time of real benches";
     /// different commands that can show a quantization grid: over fewer it is an offset of each level
@@ -61,7 +61,7 @@ crate::thresholds! {
     fewest_levels: usize = 9, "count", "judgement: three for each fold";
     /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
     full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true, rescues_units: true }, "-", "judgement";
-    /// the steps of a set before the best ones are chosen
+    /// the first fit of a set, by which the best sets are chosen
     brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, reuses_slopes: true, rescues_units: false }, "-", "times of the development cases";
     /// a fit on a fold from the end of the fit on all data, or back: it is not far
     fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, reuses_slopes: true, rescues_units: true }, "-", "times of the development cases";
@@ -77,7 +77,7 @@ crate::thresholds! {
     most_starts: usize = 12, "count", "times of the development cases";
     /// a start that costs so many times what it costs without the effect is made weaker
     too_strong_start: f64 = 4.0, "-", "benches that turn five times as fast";
-    /// how often such a start is made weaker, to a fifth each time
+    /// times, at most, that a start which is too strong is made weaker, to `weakening` of it each time
     most_weakenings: usize = 6, "count", "judgement";
     /// a base number refitted by more than this share may have been driven into another valley: fits start from its nominal value, too
     moved_base: f64 = 0.25, "-", "development cases of tools/campaign";
@@ -88,56 +88,57 @@ crate::thresholds! {
     /// fewer stretches have no scatter that says anything
     fewest_stretches_compared: usize = 4, "count", "judgement";
     /// standard errors by which the one parameter of an effect must differ from none
-    identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
+    identifiable: f64 = 2.0, "standard errors", "normal distribution: 5 %";
     /// time constants of a slow state that the longest run must last: over less its course is a constant, and the effect is the same as a level
     /// of its own for each run
-    least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
+    least_slow_course: f64 = 0.2, "time constants", "development cases of tools/campaign";
     /// standard errors by which the one parameter of an effect must differ from none, for an effect whose state at the start of each run is free, too
-    identifiable_slow: f64 = 3.0, "-", "development cases of tools/campaign";
+    identifiable_slow: f64 = 3.0, "standard errors", "development cases of tools/campaign";
     /// of two effects that cancel, less than this share of the power of either is left
     cancelled_share: f64 = 0.2, "-", "development cases of tools/campaign";
     /// samples on which every value of a grid is looked at
     grid_first_samples: usize = 1000, "count", "times of the development cases";
-    /// samples that the best values are looked at with next
+    /// samples that the best values of a grid are looked at with after the first look
     grid_second_samples: usize = 3000, "count", "times of the development cases";
     /// share of a step by which the place of a typical command on the grid moves from one value to the next
     grid_phase: f64 = 0.07, "-", "judgement";
     /// places within a step at which a grid behind a law that moves the command is looked at
     grid_places: u32 = 4, "count", "judgement: an eighth of the rows are off by a step at most";
-    /// the same where every step is looked at
+    /// places within a step at which a grid behind a law that moves the command is looked at first, with every value of its step
     grid_places_first: u32 = 2, "count", "times of a slow ramp behind a dead zone: a quarter of the rows are off at most";
-    /// the same for the best
+    /// places within a step at which a grid behind a law that moves the command is looked at last, with the best values of its step
     grid_places_closer: u32 = 16, "count", "judgement";
-    /// steps to each side over which the number of a law ahead of a grid is looked for; a few values fall into each
-    steps_ahead_of_grid: f64 = 2.0, "-", "a quarter of a step from one value to the next";
+    /// steps of a grid to each side over which the number of a law ahead of it is looked for; a few values fall into each
+    steps_ahead_of_grid: f64 = 2.0, "steps", "a quarter of a step from one value to the next";
     /// whole steps to each side by which a grid is moved that lies there as before: a curve that bent takes up a few
-    whole_steps: u32 = 8, "count", "ramps and steps behind a dead zone";
-    /// secants by which such a place is found: behind a dead zone, where they are exact, it takes a few
+    whole_steps: u32 = 8, "steps", "ramps and steps behind a dead zone";
+    /// secants by which the place of a grid moved by whole steps is found: behind a dead zone, where they are exact, it takes a few
     most_secants: usize = 8, "count", "judgement";
-    /// steps by which it may be off
+    /// steps by which the place of a grid moved by whole steps may be off
     whole_step_tolerance: f64 = 1e-6, "steps", "judgement: far below what a look tells";
-    /// a grid and what is ahead of it are moved so often in turns, at most, as long as the cost falls by a share
+    /// turns, at most, in which a grid and what is ahead of it are moved, as long as the cost falls by `grid_turn_tolerance`
     most_grid_turns: usize = 6, "count", "judgement";
-    /// that share
+    /// share by which a turn of moving a grid and what is ahead of it must lower the cost for another turn to follow
     grid_turn_tolerance: f64 = 0.003, "-", "judgement";
     /// standard errors within which the fitted data hardly tell the numbers of a grid from the best: held out, where a new command comes to
     /// one level or the one beside it, all of these count
-    hardly_worse_errors: f64 = 2.0, "-", "normal distribution: 5 %";
-    /// numbers of a grid looked at to each side within those
+    hardly_worse_errors: f64 = 2.0, "standard errors", "normal distribution: 5 %";
+    /// numbers of a grid looked at to each side within `hardly_worse_errors`
     hardly_worse_looks: i32 = 8, "count", "judgement";
-    /// of those that the fitted data hardly tell from the best, as many are looked at on held-out data
+    /// grids that the fitted data hardly tell from the best, at most, that are looked at on held-out data
     most_hardly_worse: usize = 200, "count", "times of a ramp behind a dead zone";
-    /// share of a step to each side over which it is looked for after the first turn
+    /// share of a step of a grid to each side over which the number of a law ahead of it is looked for after the first turn
     phase_reach: f64 = 0.25, "-", "judgement";
-    /// differences of neighbouring commands to each side over which both are looked at together, and then about the best
+    /// differences of neighbouring commands to each side over which a grid and the law ahead of it are looked at together, and then about
+    /// the best
     joint_scan_reach: [f64; 2] = [2.0, 0.4], "-", "judgement: the width of a dead zone was off by one, at most; thirty levels ask for a thirtieth";
     /// looks to each side at what is ahead of the grid, and at its spacing
     joint_scan_counts: [i32; 2] = [20, 10], "count", "times of a ramp behind a dead zone";
-    /// share by which the step is made longer or shorter then, at most
+    /// share by which the step of a grid is made longer or shorter, at most, where it is looked at together with what is ahead of it
     most_grid_stretch: f64 = 0.2, "-", "judgement: three levels are half their range apart";
-    /// rows at which so many looks are taken; of more rows as many fewer
+    /// rows at which `joint_scan_counts` looks are taken; of more rows as many fewer
     joint_scan_rows: usize = 10_000, "count", "times of long synthetic logs";
-    /// commands over their range of which is asked whether laws ahead of a grid let them through
+    /// commands, evenly over their range, of which is asked whether the laws ahead of a grid, as a dead zone, let them through
     commands_asked: usize = 32, "count", "judgement";
     /// share of the range of commands that come through, to each side of its middle, over which what a law ahead of a grid makes of more command is taken
     spacing_reach: f64 = 0.01, "-", "judgement: a dead zone is a straight line there";
@@ -145,17 +146,17 @@ crate::thresholds! {
     least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";
     /// values of a grid looked at, at most
     most_grid_values: usize = 10_000, "count", "times of the development cases";
-    /// values, the best on few samples, that are looked at on more samples
+    /// values of a grid's step, the best on few samples, that are looked at on more samples
     grid_values_second: usize = 40, "count", "judgement";
-    /// values, the best of those, that are looked at on all samples
+    /// values of a grid's step, the best on more samples, that are looked at on all samples
     grid_values_third: usize = 10, "count", "judgement";
-    /// of the noise: from here on a residual counts by its size, not its square (pseudo-Huber)
+    /// residual, over the noise, from which on it counts by its size, not its square (pseudo-Huber)
     grid_robust_width: f64 = 1.5, "-", "the usual 1.345 to 1.5 of robust regression";
-    /// values that get closer looks
+    /// values of a grid's step that get closer looks
     grid_values_closer: usize = 3, "count", "judgement";
-    /// values of a closer look on each side
+    /// values of a closer look at a grid on each side
     grid_fine_values: i32 = 8, "count", "judgement";
-    /// by how much the next look is wider than the spacing of the one before
+    /// factor by which the next look at a grid is wider than the spacing of the one before
     grid_overlap: f64 = 1.5, "-", "judgement";
     /// size that a parameter is taken to have where its card starts it from zero alone
     unknown_size: f64 = 0.1, "-", "judgement";
@@ -165,9 +166,9 @@ crate::thresholds! {
     inertia_bounds: (f64, f64) = (1e-4, 1e4), "-", "judgement: no fit is to end there";
     /// greatest voltage gain in a fit
     most_voltage_gain: f64 = 1e3, "rad/(s V)", "judgement: no fit is to end there";
-    /// how often a grid and the numbers beside it are moved in turns, as long as that gains `promising_share`
+    /// rounds, at most, in which a grid and the numbers beside it are moved in turns, as long as that gains `promising_share`
     grid_rounds: usize = 3, "count", "judgement";
-    /// closer and closer looks: on a long log a step shows to a millionth
+    /// looks at a grid, closer and closer: on a long log a step shows to a millionth
     grid_looks: i32 = 4, "count", "long synthetic logs";
     /// beam width: single effects that are carried on
     beam_width_single: usize = 3, "count", "development cases of tools/campaign";
@@ -177,11 +178,12 @@ crate::thresholds! {
     pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
     /// larger sets: candidates fitted briefly beside each set, and fitted to the end
     set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
-    /// where the beam's answer leaves much of the error: so many effects, and pairs, that leave least get one more effect each
+    /// effects, and pairs, those that leave least, which get one more effect each where the beam's answer leaves much of the error
     wide_beam: usize = 5, "count", "sets of three of tools/campaign";
-    /// the same: candidates fitted briefly beside each of them, and fitted to the end beside all
+    /// candidates fitted briefly beside each of the `wide_beam` sets, and fitted to the end beside all of them
     wide_candidates: (usize, usize) = (8, 16), "count", "times of sets of three of tools/campaign";
-    /// the same: those whose brief fit leaves so many times the squares that the best known set of as many effects leaves are not
+    /// times the squares that the best known set of as many effects leaves, from which a set that grew from the `wide_beam` is not fitted
+    /// to the end after its brief fit
     wide_reach: f64 = 1.5, "-", "a fit to the end takes off up to a fifth: two real logs";
     /// how often one effect of the best three is exchanged for another
     most_exchanges: usize = 2, "count", "judgement: two wrong ones";
@@ -211,16 +213,16 @@ crate::thresholds! {
     hopeless_single: f64 = 4.0, "-", "development cases of tools/campaign";
     /// indistinguishable sets named beside the answer
     most_alternatives: usize = 2, "count", "judgement";
-    /// indistinguishable sets listed after those
+    /// indistinguishable sets listed after those named beside the answer
     most_further_alternatives: usize = 4, "count", "three laws in the place of one effect, two in that of another";
     /// held-out squared error must fall by this share for one more effect: less is no law
     least_gain: f64 = 0.03, "-", "development cases of tools/campaign";
-    /// a smaller share will do where the fall is very consistent and the fitted data gain much
+    /// share, smaller than `least_gain`, that will do where the fall is very consistent and the fitted data gain much
     little_gain: f64 = 0.01, "-", "development cases of tools/campaign";
     /// the error must fall by more than so many standard errors of its fall, stretch by stretch
-    consistent: f64 = 2.0, "-", "normal distribution: 5 %";
+    consistent: f64 = 2.0, "standard errors", "normal distribution: 5 %";
     /// standard errors of a fall that is very consistent
-    very_consistent: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    very_consistent: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
     /// greatest surrogate-test p-value of an effect that counts
     significance_level: f64 = 0.05, "-", "convention";
     /// share of its error that the noise of a channel counts as, at least: model error must not rule by a small noise
@@ -253,7 +255,7 @@ crate::thresholds! {
     nearly_as_well: f64 = 1.02, "-", "judgement";
     /// relative difference of costs within which fits have converged to the same
     converged_cost: f64 = 1e-4, "-", "full_fit, with room";
-    /// samples that suffice for this test; of more, pieces from all over the log are taken
+    /// samples that suffice for the test of shifted battery readings; of more, pieces from all over the log are taken
     battery_samples: usize = 10_000, "count", "times of long synthetic logs";
     /// share by which the squared error of the body must differ before it decides about the rotors
     decides_between_drivers: f64 = 0.05, "-", "development cases of tools/campaign";
@@ -262,30 +264,32 @@ crate::thresholds! {
     /// share of the squared error of the body that another driver must take off to be searched
     driver_gain: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which a number of the base differs plainly
-    base_differs: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    base_differs: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
     /// an error within this factor of the noise floor leaves nothing to explain
     at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
     /// a body driven by measured rotors: an error within this factor of the noise floor leaves nothing to explain; the floor does not know how far the rotor model is off, which the body integrates
     at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
-    /// [-] share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
+    /// share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
     battery_with_time: f64 = 0.8, "-", "judgement";
     /// looks at two curves, evenly over the commands, by which they are held against each other
     curve_looks: usize = 100, "count", "judgement: g(u) has five numbers at most";
-    /// [-] share of a named shift of g(u) that the whole curve must differ by somewhere, for the shift to be one
+    /// share of a named shift of g(u) that the whole curve must differ by somewhere, for the shift to be one
     shift_of_curve: f64 = 0.5, "-", "judgement";
     /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
-    /// from so far between the command and its lag on a row is on the way to a new level
-    transient_way: f64 = 0.02, "of the command", "the least jump of a command, `jump` of the screening";
-    /// rows on their way, at least, of which it is said that they all go one way
+    /// difference of the command and its lag from which a row is on the way to a new level
+    transient_way: f64 = 0.02, "-", "the least jump of a command, `jump` of the screening";
+    /// rows on their way to a new level, at least, of which it is said that they all go one way
     fewest_transient_rows: usize = 20, "count", "judgement";
-    /// share of the rows on their way that must go the other way: with less, a difference between the ways is known to five times the error of the better one, at best
+    /// share of the rows on their way to a new level that must go the other way: with less, a difference between the ways is known to
+    /// five times the error of the better one, at best
     least_direction_share: f64 = 0.05, "-", "judgement";
-    /// an error larger than the spread of the rates and than this share of the rates themselves: no effect of the catalogue takes as much
-    foreign_error: f64 = 0.3, "of the rates", "judgement";
-    /// [-] share of what the answer leaves over that is a straight line in time, from which it is called a slow drift.
+    /// share of the rates that an error exceeds, and their spread, too, where the model is another bench's: no effect of the catalogue
+    /// takes as much
+    foreign_error: f64 = 0.3, "-", "judgement";
+    /// share of what the answer leaves over that is a straight line in time, from which it is called a slow drift.
     drift_share: f64 = 0.25, "-", "emulated benches with a drift of no catalogue";
     /// times the noise floor from which an error is plain to see
     plain_error: f64 = 1.5, "-", "judgement";
@@ -293,14 +297,14 @@ crate::thresholds! {
     held_inertia: f64 = 100.0, "-", "no bench differs by as much";
     /// share of the rate by which rotors at the same commands must differ to be reported
     rotors_differ: f64 = 3e-3, "-", "development cases and two real logs";
-    /// standard errors by which they must differ, too
-    rotors_differ_errors: f64 = 5.0, "-", "development cases and two real logs";
+    /// standard errors by which rotors at the same commands must differ, too
+    rotors_differ_errors: f64 = 5.0, "standard errors", "development cases and two real logs";
     /// samples, one in so many, that count as independent ones of an error that no model explains
     correlated_samples: f64 = 20.0, "count", "judgement";
     /// two benches differ in a number by more than this factor: less is a battery, a temperature, an effect that one log excites more
     benches_differ: f64 = 1.3, "-", "judgement";
-    /// standard errors by which the numbers must differ, too
-    benches_differ_errors: f64 = 8.0, "-", "judgement";
+    /// standard errors by which the numbers of two benches must differ, too
+    benches_differ_errors: f64 = 8.0, "standard errors", "judgement";
     /// one set of numbers for all logs must cost so many times the squared error of one set for each
     pooled_cost: f64 = 2.0, "-", "judgement";
     /// a rotor rate goes with at most this power of the voltage: the square with a drag that hardly grows
@@ -329,13 +333,14 @@ crate::thresholds! {
     weakening: f64 = 0.2, "-", "judgement";
     /// share of a step by which the next value of a grid looked at differs, at most
     most_grid_spacing: f64 = 0.05, "-", "judgement";
-    /// [windows] windows so far apart are taken in step, those further apart at random
+    /// one window in so many, up to which a run of the body is thinned in step; where fewer are taken, each is at random among its
+    /// neighbours
     windows_in_step: usize = 3, "count", "judgement";
     /// a window with fewer samples cannot tell a start from a law
     window_samples: usize = 6, "count", "two numbers of a start and four of a law";
-    /// [horizon] a rest of a log so short joins no window
+    /// share of the horizon below which the rest of a log joins no window
     window_rest: f64 = 0.7, "-", "judgement";
-    /// [spacings] starts nearer each other are of one valley
+    /// spacings of a grid's values within which two starts are of one valley
     starts_apart: f64 = 2.0, "spacings", "judgement";
     /// steps, each longer by the root of two, by which the standard error of a number found on a grid is looked for
     error_steps: i32 = 40, "count", "from a millionth of the number to three quarters of it";

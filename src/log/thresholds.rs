@@ -1,64 +1,64 @@
 //! Numbers that decide something in reading logs.
 
 crate::thresholds! {
-    /// [-] median sampling intervals from which a gap is a hole: one lost sample is jitter, two are a hole.
-    hole: f64 = 2.5, "-", "judgement";
-    /// [-] median intervals of an input for which it is held over missing cells, at most.
-    input_hold: f64 = 2.5, "-", "judgement";
-    /// count: rows behind a backward stamp that are looked at to tell a glitch from a log that begins anew.
+    /// median sampling intervals from which a gap is a hole: one lost sample is jitter, two are a hole.
+    hole: f64 = 2.5, "intervals", "judgement";
+    /// median intervals of an input for which it is held over missing cells, at most.
+    input_hold: f64 = 2.5, "intervals", "judgement";
+    /// rows behind a backward stamp that are looked at to tell a glitch from a log that begins anew.
     restart_rows: usize = 10, "count", "judgement";
-    /// [µs] a frame of a blackbox log further ahead of the last one is not believed before another one agrees.
+    /// a frame of a blackbox log further ahead of the last one is not believed before another one agrees.
     blackbox_pause: u32 = 10_000_000, "µs", "the firmware's own reader";
-    /// count: turns of the control loop, as `blackbox_pause`.
+    /// turns of the control loop by which a frame of a blackbox log may be ahead of the last one, as `blackbox_pause`.
     blackbox_turns: u32 = 5_000, "count", "the firmware's own reader";
-    /// count: numbers that one byte of a blackbox log may become; a header can ask for hundreds, and for all memory.
+    /// numbers that one byte of a blackbox log may become; a header can ask for hundreds, and for all memory.
     blackbox_numbers: usize = 8, "count", "the emptiest frames of firmwares make 1.5 of one";
-    /// [-] lowest output of a motor below which a blackbox log's commands are DShot throttle, not pulses in µs.
+    /// lowest output of a motor below which a blackbox log's commands are DShot throttle, not pulses in µs.
     dshot_idle: f64 = 900.0, "-", "DShot's idle is 48 to 450, a pulse is 1000 µs or more";
-    /// [-] share of a foreign column's values that its size is greater than: glitches are no size.
+    /// share of a foreign column's values that its size is greater than: glitches are no size.
     guess_size: f64 = 0.95, "-", "judgement";
-    /// [N] size up to which thrusts without a unit are newtons, not gram-force.
+    /// size up to which thrusts without a unit are newtons, not gram-force.
     guess_thrust: f64 = 100.0, "N", "a thrust stand's propellers give less than 100 N and more than 100 gf";
-    /// [V] size up to which voltages without a unit are volts, not millivolts.
+    /// size up to which voltages without a unit are volts, not millivolts.
     guess_voltage: f64 = 100.0, "V", "batteries of such benches";
-    /// [A] size up to which currents without a unit are amperes, not milliamperes.
+    /// size up to which currents without a unit are amperes, not milliamperes.
     guess_current: f64 = 200.0, "A", "ESCs of such benches";
-    /// [degC] size up to which temperatures without a unit are degrees Celsius, not kelvins.
+    /// size up to which temperatures without a unit are degrees Celsius, not kelvins.
     guess_temperature: f64 = 150.0, "degC", "a motor that is hotter is burnt, and 150 K is no weather";
-    /// [rad/s] size up to which body rates without a unit are radians, not degrees a second.
+    /// size up to which body rates without a unit are radians, not degrees a second.
     guess_body_rate: f64 = 25.0, "rad/s", "judgement";
-    /// [rad] size up to which body angles without a unit are radians, not degrees.
+    /// size up to which body angles without a unit are radians, not degrees.
     guess_body_angle: f64 = 6.3, "rad", "one turn";
-    /// [rad/s] size up to which propeller rates without a unit are radians a second, not rpm.
+    /// size up to which propeller rates without a unit are radians a second, not rpm.
     guess_propeller_rate: f64 = 2_500.0, "rad/s", "judgement";
-    /// [-] pole pairs that a rate in electrical revolutions is divided by until somebody says how many there are.
+    /// pole pairs that a rate in electrical revolutions is divided by until somebody says how many there are.
     guess_pole_pairs: f64 = 7.0, "-", "most motors of multirotors have 14 magnets";
-    /// [µs] range of commands without a unit that are servo pulses.
+    /// range of commands without a unit that are servo pulses.
     guess_pulse: (f64, f64) = (800.0, 2200.0), "µs", "servo pulses of 1000 to 2000 µs, and what overshoots";
-    /// [s] from row to row of a machine's log: of a time without a unit, the unit that makes it so.
+    /// time from row to row of a machine's log: of a time without a unit, the unit that makes it so.
     guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
-    /// [-] share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
+    /// share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
     same_scale: f64 = 0.05, "-", "judgement";
-    /// [s] from row to row of a table of levels whose pauses nobody recorded.
+    /// time from row to row of a table of levels whose pauses nobody recorded.
     level_period: f64 = 10.0, "s", "judgement: a rotor has settled";
-    /// count: rows of a foreign table that are looked at to guess what its columns mean.
+    /// rows of a foreign table that are looked at to guess what its columns mean.
     guess_rows: usize = 2_000, "count", "judgement";
-    /// [byte] of a foreign table that are looked at to find out how it is laid out.
+    /// bytes of a foreign table that are looked at to find out how it is laid out.
     guess_bytes: usize = 1_048_576, "byte", "judgement";
-    /// count: letters that may be wrong in a name that is asked about as another one misspelt.
+    /// letters that may be wrong in a name that is asked about as another one misspelt.
     misspelt_letters: usize = 2, "count", "judgement";
-    /// count: letters that a name has at least for that: of a shorter one two letters are too many.
+    /// letters that a name has at least to be asked about as another one misspelt: of a shorter one `misspelt_letters` are too many.
     misspelt_name: usize = 6, "count", "judgement";
-    /// [-] room made in columns for a long file, over what it has if its rows are as long as those read first.
+    /// room made in columns for a long file, over what it has if its rows are as long as those read first.
     room: f64 = 1.05, "-", "judgement: rows are not all of one length; what is not written to takes no memory";
-    /// [byte] longest file that is read whole.
+    /// longest file that is read whole.
     longest_file: u64 = 4 << 30, "byte", "judgement: what cannot be a log must not take the memory of the machine";
-    /// [byte] most that is read of what has no length, as a pipe.
+    /// most that is read of what has no length, as a pipe.
     longest_stream: u64 = 256 << 20, "byte", "judgement: as `longest_file`, and it may be without end";
-    /// count: most columns of a table.
+    /// most columns of a table.
     most_columns: usize = 4_096, "count", "a log of sixteen rotors has some hundred";
-    /// [ms] after which a wait for input looks whether it was cancelled.
+    /// time after which a wait for input looks whether it was cancelled.
     cancel_look: u64 = 50, "ms", "judgement: nobody notices it";
-    /// [characters] longest name of a column: it is compared with every name that is known
+    /// characters of the longest name of a column: it is compared with every name that is known
     longest_name: usize = 256, "count", "judgement: the longest of foreign logs has some 60";
 }

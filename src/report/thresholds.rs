@@ -13,19 +13,19 @@ crate::thresholds! {
     small_share: f64 = 0.1, "-", "judgement";
     /// points of a frequency response with less coherence are not drawn
     shown_coherence: f64 = 0.3, "-", "judgement";
-    /// [standard errors] a number so far from the print is spoken of: of four honest ones one is in 44 of 100 runs
+    /// standard errors from the print from which a number is spoken of: of four honest ones one is in 44 of 100 runs
     remarkable_errors: f64 = 1.5, "standard errors", "the normal distribution";
-    /// [standard errors] from here on it is called less likely: of four honest ones one is in 17 of 100 runs
+    /// standard errors from the print from which a number is called less likely: of four honest ones one is in 17 of 100 runs
     unlikely_errors: f64 = 2.0, "standard errors", "the normal distribution";
-    /// [standard errors] from here on it is marked as wrong: of four honest ones one is in 1 of 100 runs
+    /// standard errors from the print from which a number is marked as wrong: of four honest ones one is in 1 of 100 runs
     wrong_errors: f64 = 3.0, "standard errors", "the normal distribution";
     /// eigenvalues nearer to 0 are not listed: what they stand for is over within a period
     shown_modulus: f64 = 1e-3, "-", "judgement";
-    /// [crossover frequency] below this no margin depends on the loop, and it is not drawn
+    /// share of the crossover frequency below which no margin depends on the loop, and it is not drawn
     shown_from: f64 = 0.05, "-", "judgement";
     /// a guessed scale of a command below this is DShot's, 1/1999
     dshot_scale: f64 = 1e-3, "-", "DShot and the usual PWM have 1/1999 and 1/1000";
-    /// [intervals] a curve breaks over a longer gap
+    /// a curve breaks over a longer gap
     drawn_gap: f64 = 2.5, "intervals", "a row may be missing or late";
     /// buckets along x of a line, of each of which some samples are drawn: more than the pixels of a wide screen
     line_buckets: usize = 1500, "count", "judgement";

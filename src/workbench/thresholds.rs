@@ -1,41 +1,40 @@
 //! Numbers that decide who is served, and how much of a log a picture takes.
 
 crate::thresholds! {
-    /// [byte] a request's body above this is refused: an act is a few words
+    /// a request's body above this is refused: an act is a few words
     largest_body: usize = 65_536, "byte", "judgement";
-    /// [count] connections beyond this end the oldest that has not shown the token; a browser opens six to a host
+    /// connections beyond this end the oldest that has not shown the token; a browser opens six to a host
     most_connections: usize = 64, "count", "judgement";
-    /// [s] a connection that has not sent the head of a request for so long is closed
+    /// a connection that has not sent the head of a request for so long is closed
     head_within_s: u64 = 10, "s", "judgement";
-    /// [s] a request whose body has not come in so long is refused
+    /// a request whose body has not come in so long is refused
     body_within_s: u64 = 10, "s", "judgement";
-    /// [ms] between two messages of progress to a page: faster than one reads
+    /// time between two messages of progress to a page: faster than one reads
     message_period_ms: u64 = 100, "ms", "judgement";
-    /// [count] files and folders of one folder that are listed
+    /// files and folders of one folder that are listed
     most_listed: usize = 2_000, "count", "judgement";
-    /// [pixel] widest picture that is answered: two of the widest screens
+    /// widest picture that is answered: two of the widest screens
     widest_picture: usize = 8_192, "pixel", "judgement";
-    /// [count] bands of one finding in one picture; denser ones are drawn as one
+    /// bands of one finding in one picture; denser ones are drawn as one
     most_bands: usize = 200, "count", "judgement";
-    /// [count] curves of one picture
+    /// curves of one picture
     most_curves: usize = 64, "count", "judgement";
-    /// [count] samples of a curve whose extremes and sums are taken once: a column of pixels over an hour at 1 kHz has some
-    /// 3,000 samples
+    /// samples of a curve whose extremes and sums are taken once: a column of pixels over an hour at 1 kHz has some 3,000 samples
     chunk: usize = 512, "count", "judgement";
-    /// [count] parts of equal count in which an error is shown over a channel
+    /// parts of equal count in which an error is shown over a channel
     places_against: usize = 24, "count", "judgement";
-    /// [count] samples of an error that are looked at to show it over a channel: each part still has thousands
+    /// samples of an error that are looked at to show it over a channel: each part still has thousands
     most_against: usize = 200_000, "count", "judgement";
-    /// [count] sets of effects that are shown while a search goes on, the best ones
+    /// sets of effects that are shown while a search goes on, the best ones
     shown_tried: usize = 6, "count", "judgement";
-    /// [s] how much of a running bench is kept to be plotted
+    /// how much of a running bench is kept to be plotted
     live_s: f64 = 60.0, "s", "judgement";
-    /// [ms] between two looks at a running bench: faster than a page draws
+    /// time between two looks at a running bench: faster than a page draws
     live_period_ms: u64 = 50, "ms", "judgement";
-    /// [s] a running bench is listened to for so long after a page has asked
+    /// a running bench is listened to for so long after a page has asked
     live_asked_within_s: u64 = 10, "s", "judgement";
-    /// [s] length of the stretch with the largest error that is jumped to
+    /// length of the stretch with the largest error that is jumped to
     worst_stretch_s: f64 = 10.0, "s", "judgement";
-    /// [count] samples of a curve that say how often it has one
+    /// samples of a curve that say how often it has one
     looked_at: usize = 2_000, "count", "judgement";
 }

@@ -110,6 +110,65 @@ fn the_page_of_thresholds_is_current() {
     );
 }
 
+/// The units of thresholds: `-` for a share or a ratio, `count` for a number of things.
+const UNITS_OF_THRESHOLDS: [&str; 36] = [
+    "-",
+    "count",
+    "%",
+    "s",
+    "ms",
+    "µs",
+    "ns",
+    "1/s",
+    "m",
+    "m/s",
+    "rad",
+    "rad/s",
+    "rad/(s V)",
+    "V",
+    "A",
+    "N",
+    "N m/sqrt(s)",
+    "degC",
+    "SI",
+    "byte",
+    "pixel",
+    "rows",
+    "steps",
+    "spacings",
+    "periods",
+    "turns",
+    "1/turn",
+    "intervals",
+    "half intervals",
+    "intervals²",
+    "time constants",
+    "correlation times",
+    "standard deviations",
+    "standard errors",
+    "variances of a residual",
+    "s, count",
+];
+
+/// The unit of a threshold stands in its column, and there alone: said twice it would be two units one day.
+#[test]
+fn a_threshold_has_its_unit_in_its_column_alone() {
+    for (room, table) in rotorbench::thresholds_page::ROOMS {
+        for it in *table {
+            let (name, doc) = (it.name, it.decides.trim_start());
+            assert!(
+                !doc.starts_with('[') && !doc.starts_with("count:"),
+                "the doc of {room}'s `{name}` begins with what it is, not with its unit"
+            );
+            let unit = it.unit;
+            assert!(
+                UNITS_OF_THRESHOLDS.contains(&unit),
+                "{room}'s `{name}`: no other threshold is in `{unit}`; take a unit of UNITS_OF_THRESHOLDS, or add it there"
+            );
+        }
+    }
+}
+
 fn is_looked_at(source: &Source) -> bool {
     let is_format = FORMATS.iter().any(|(start, _)| source.name.starts_with(start));
     !is_format && !NOT_LOOKED_AT.iter().any(|(room, _)| *room == source.module[0])
