@@ -12,7 +12,7 @@ crate::thresholds! {
     /// least span of commands above a hidden dead zone.
     least_command_span: f64 = 0.01, "-", "judgement: without any the emulator would divide by zero";
     /// least factor on the pole in the emulator's own hidden law of a pole that depends on the speed: the pole never turns round.
-    smallest_pole_factor: f64 = 0.05, "-", "judgement";
+    smallest_pole_factor: f64 = 0.05, "-", "judgement; the catalogue's law, which is fitted, has a bound of its own, and only below the greater of the two do they differ";
     /// heights of a hidden ground effect's rotor over its radius: the least that the law is asked at.
     closest_ground: f64 = 0.55, "-", "judgement: the catalogue's law holds down to half a radius";
     /// radius of a hidden ground effect's rotor over its height, from which on the bench file is refused.
