@@ -80,7 +80,7 @@ fn points_are_no_experiment() {
 #[test]
 fn points_with_a_clock_that_they_do_not_have_are_asked_about() {
     for pause in [0.001, 0.01, 0.1] {
-        let error = found(&[table("a.csv", 12.6, pause, 100)]).expect_err("no rotor answers within a row");
+        let error = found(&[table("a.csv", 12.6, pause, 15)]).expect_err("no rotor answers within a row");
         let IdentifyError::Screening(ScreeningError::Column(asked)) = error else { panic!("{error:?}") };
         assert_eq!((asked.code, asked.number("interval_s")), ("rates_answer_at_once", pause));
     }
