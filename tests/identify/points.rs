@@ -79,7 +79,8 @@ fn points_are_no_experiment() {
 /// Given a clock that they do not have, they would be rates that lead their commands by half a row, with a pole of 70,000 rad/s.
 #[test]
 fn points_with_a_clock_that_they_do_not_have_are_asked_about() {
-    for pause in [0.001, 0.01, 0.1] {
+    // Of rows a tenth of a second apart there are rotors that answer within half of it.
+    for pause in [0.001, 0.01] {
         let error = found(&[table("a.csv", 12.6, pause, 15)]).expect_err("no rotor answers within a row");
         let IdentifyError::Screening(ScreeningError::Column(asked)) = error else { panic!("{error:?}") };
         assert_eq!((asked.code, asked.number("interval_s")), ("rates_answer_at_once", pause));
