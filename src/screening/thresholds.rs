@@ -125,7 +125,7 @@ crate::thresholds! {
     slowest_samples: f64 = 2.0, "s", "judgement";
     /// rows more than `slowest_samples` apart that are levels of a thrust stand, at most; more of them are a log whose time is in another
     /// unit.
-    most_levels: usize = 500, "count", "judgement: a day's work at a stand, and ten seconds of a log at 50 Hz";
+    most_levels: usize = 200, "count", "judgement: a day's work at a stand, and four seconds of a log at 50 Hz";
     /// the noise of a rotor that stands stays below.
     standing_rate: f64 = 50.0, "rad/s", "judgement";
     /// share of the ends of the noise of a rotor that stands within which its middle lies.
