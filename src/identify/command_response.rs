@@ -73,7 +73,9 @@ impl<'a> CommandResponses<'a> {
             let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
             command_timing::find(part, left, |part, delay| lag(part, self.full_voltage, delay))
         };
-        self.excited.iter().zip(&self.own).find_map(lead)
+        // What stops most; the first of equals.
+        let found = self.excited.iter().zip(&self.own).filter_map(lead);
+        found.reduce(|most, it| if it.stops > most.stops { it } else { most })
     }
 
     /// Whether the rotors of a log differ: what a fit leaves over then has that reason.

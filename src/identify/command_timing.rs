@@ -5,6 +5,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::variable_projection::LagFit;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::suspicion::Suspicion;
+use crate::screening::telemetry_rate::is_too_seldom;
 
 /// The code: rates that go with commands of a later row.
 pub(crate) const RATES_LEAD: &str = "rates_lead_commands";
@@ -34,7 +35,8 @@ pub(crate) fn find(
         return None;
     }
     let with_pole = |code| part.finding(code).with("pole_rad_s", fit.pole);
-    if fit.pole > THRESHOLDS.fastest_pole {
+    // Of rows further apart nobody can say how fast the rotor is.
+    if fit.pole > THRESHOLDS.fastest_pole && !is_too_seldom(part.interval, THRESHOLDS.fastest_pole) {
         let within = with_pole(RATES_ANSWER_AT_ONCE).with("interval_s", part.interval);
         return Some(Suspicion::impossible(within.with("fastest_rad_s", THRESHOLDS.fastest_pole)));
     }

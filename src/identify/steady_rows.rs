@@ -29,9 +29,9 @@ pub(crate) struct SteadyRows {
     pub gain: f64,
 }
 
-/// Collects steady rows: ramps where they are enough and span a range, else constant levels, else rows that are levels each, else,
-/// `with_short`, levels that are held for less long: a stand that steps every few seconds shows a curve by them, where nothing shows
-/// how its rotor follows.
+/// Collects steady rows: ramps where they are enough and span a range, else constant levels, else,
+/// `with_short`, levels that are held for less long, and rows that are levels each: a stand that steps every few seconds shows a curve
+/// by them, where nothing shows how its rotor follows.
 pub(crate) fn steady_rows(
     rotors: &[RotorLog],
     gain: f64,
@@ -47,15 +47,13 @@ pub(crate) fn steady_rows(
     let suffice = |rows: &SteadyRows, fewest: usize| {
         rows.command.len() >= fewest && spread(&rows.command) >= THRESHOLDS.narrowest_curve
     };
-    let enough = |rows: &SteadyRows| suffice(rows, THRESHOLDS.fewest_curve_rows);
     let levels = collect(rotors, SteadyCommand::Constant, gain, full_voltage);
-    let of = |rotors: &mut dyn Iterator<Item = &RotorLog>| settled(rotors, gain, full_voltage);
-    let points = || of(&mut rotors.iter().filter(|rotor| rotor.rows_are_levels()));
-    let short = || with_short.then(|| of(&mut rotors.iter()));
-    Some(levels)
-        .filter(enough)
-        .or_else(|| Some(points()).filter(|rows| suffice(rows, THRESHOLDS.fewest_points)))
-        .or_else(|| short().filter(enough))
+    if suffice(&levels, THRESHOLDS.fewest_curve_rows) {
+        return Some(levels);
+    }
+    let has_points = rotors.iter().any(RotorLog::rows_are_levels);
+    let fewest = if has_points { THRESHOLDS.fewest_points } else { THRESHOLDS.fewest_curve_rows };
+    with_short.then(|| settled(rotors, gain, full_voltage)).filter(|rows| suffice(rows, fewest))
 }
 
 /// Of each held command the rows at which the rotor has settled: two seconds behind its begin, at the latest in its second half.
@@ -82,7 +80,7 @@ pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
 }
 
 /// Settled rows of levels of a few seconds, or of a row. As in Eq. (9) each counts for itself, so that a longer one says more.
-fn settled(rotors: &mut dyn Iterator<Item = &RotorLog>, gain: f64, full_voltage: f64) -> SteadyRows {
+fn settled(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> SteadyRows {
     let mut rows = SteadyRows::none(false, gain, full_voltage);
     for rotor in rotors {
         for row in settled_levels(rotor).into_iter().flatten() {
@@ -125,7 +123,7 @@ fn spread(values: &[f64]) -> f64 {
 
 fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: f64) -> SteadyRows {
     let mut rows = SteadyRows::none(wanted == SteadyCommand::Ramp, gain, full_voltage);
-    for rotor in rotors {
+    for rotor in rotors.iter().filter(|rotor| !rotor.rows_are_levels()) {
         let parts = rotor.steady().into_iter().filter(|(kind, _)| *kind == wanted);
         let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
         let mut known = vec![f64::NAN; rotor.time.len()];

@@ -78,7 +78,8 @@ impl Work<'_> {
 
     /// How many jumps the best log has, how many of them a hole hides, and how many may be used.
     fn too_few_jumps(&self) -> Finding {
-        let best = self.rotors.iter().max_by_key(|rotor| rotor.jumps().len());
+        let runs = self.rotors.iter().filter(|rotor| !rotor.rows_are_levels());
+        let best = runs.max_by_key(|rotor| rotor.jumps().len());
         let (jumps, hidden) = best.map_or((0, 0), RotorLog::all_jumps);
         let why = Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
         let why = why.with("jumps", jumps).with("jumps_at_holes", hidden);
@@ -89,11 +90,12 @@ impl Work<'_> {
         const STEP: &str = "joint_estimation";
         let samples: usize = self.excited.iter().map(|rotor| rotor.scored().count()).sum();
         if self.excited.is_empty() {
-            if self.rotors.iter().all(RotorLog::rows_are_levels) {
+            let mut runs = self.rotors.iter().filter(|rotor| !rotor.rows_are_levels()).peekable();
+            if runs.peek().is_none() && !self.rotors.is_empty() {
                 return self.lacks(STEP, "no_exciting_commands");
             }
             let pole = self.settings.template.actuator.pole;
-            let seldom = self.rotors.iter().find_map(|rotor| rotor.too_seldom(pole));
+            let seldom = runs.find_map(|rotor| rotor.too_seldom(pole));
             return self.note(STEP, false, seldom.unwrap_or_else(|| self.too_few_jumps()));
         }
         if samples < THRESHOLDS.fewest_samples {

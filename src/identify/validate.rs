@@ -56,7 +56,8 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
             each.iter().map(|&(row, forced)| (rotor.time[row], rotor.rate[row], forced + start * left(row))),
         );
     }
-    if traces.len() < THRESHOLDS.fewest_validated {
+    let fewest = if rotor.rows_are_levels() { THRESHOLDS.fewest_points } else { THRESHOLDS.fewest_validated };
+    if traces.len() < fewest {
         return None;
     }
     let samples = traces.len();

@@ -59,7 +59,8 @@ pub fn check_magnitudes(log: &ScreenedLog) -> Result<(), ScreeningError> {
 /// # Errors
 /// [`ScreeningError::Column`] of the first rotor of which they are.
 pub fn check_runs(log: &ScreenedLog) -> Result<(), ScreeningError> {
-    let mut found = log.rotors().filter_map(|rotor| rows_are_levels::check(rotor.data()));
+    let measured = log.rotors().filter(|rotor| rotor.turns() && rotor.is_measured());
+    let mut found = measured.filter_map(|rotor| rows_are_levels::check(rotor.data()));
     found.next().map_or(Ok(()), |found| Err(ScreeningError::Column(Box::new(found.finding))))
 }
 

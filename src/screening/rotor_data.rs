@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
+use super::excitation::are_levels;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
@@ -117,7 +118,13 @@ impl RotorLog {
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
-        let missing = missing_commands::find(log.time(), &command, &segments);
+        let missing = if are_levels(log.median_interval(), log.len()) {
+            // Whatever the pauses between them, each is known by itself.
+            Missing { known: finite_runs(&command), ..Missing::default() }
+        } else {
+            missing_commands::find(log.time(), &command, &segments)
+        };
+        let fewest = if are_levels(log.median_interval(), log.len()) { 1 } else { 2 };
         let this = Self {
             file: log.source_name().to_owned(),
             number: rotor,
@@ -130,7 +137,7 @@ impl RotorLog {
             voltage: voltage.map(|it| it.held.clone()),
             voltage_gap: voltage.and_then(|it| it.gap),
             thrust: log.cells(&columns::thrust(rotor)),
-            stretches: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
+            stretches: missing.known.iter().filter(|known| known.len() >= fewest).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,
             beside: OTHER.checked_sub(rotor).and_then(|other| Beside::of(log, other)),
@@ -256,6 +263,18 @@ impl RotorLog {
 pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     let (low, high) = extremes(values.iter().copied());
     if low > high { (0.0, 0.0) } else { (low, high) }
+}
+
+/// Stretches of rows that have a value.
+fn finite_runs(values: &[f64]) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for row in (0..values.len()).filter(|row| values[*row].is_finite()) {
+        match runs.last_mut().filter(|last| last.end == row) {
+            Some(last) => last.end = row + 1,
+            None => runs.push(row..row + 1),
+        }
+    }
+    runs
 }
 
 /// Each value held over missing cells, inside each stretch only.

@@ -10,6 +10,8 @@ use rotorbench::log::Dataset;
 use rotorbench::model::Model;
 use rotorbench::screening::{ScreeningError, screened};
 
+use super::bench::{bench, prbs, run};
+
 /// [rad/s] noise of an average.
 const NOISE: f64 = 1.0;
 
@@ -69,11 +71,37 @@ fn six_points_are_enough() {
     assert!(of(5).is_err_and(|error| matches!(error, IdentifyError::Nothing { .. })));
 }
 
+/// An operator's pauses are as they are: none of the levels is lost.
+#[test]
+fn uneven_pauses_lose_no_point() {
+    let even = table("a.csv", 12.6, 5.0, 12);
+    let mut now = 0.0;
+    let pauses = [5.0, 5.0, 30.0, 8.0, 40.0, 3.0, 60.0, 5.0, 25.0, 5.0, 90.0, 4.0];
+    let time = pauses.iter().map(|pause| (now, now += pause).0).collect();
+    let mut log = Dataset::new("a.csv", "", time).expect("rises");
+    for name in ["command_1", "propeller_rate_1_rad_s"] {
+        log.insert(name, even.column(name).expect("measured").to_vec()).expect("fits");
+    }
+    assert_eq!(found(&[log]).expect("points").static_curve.expect("a curve").samples, 12);
+}
+
+/// Beside a log that shows how the rotor follows, and with it the curve, a few points do not take its place.
+#[test]
+fn points_beside_an_experiment_leave_it_its_curve() {
+    let experiment = run(&bench(11), prbs(60.0, 3), "prbs.csv");
+    let alone = found(std::slice::from_ref(&experiment)).expect("an experiment");
+    let beside = found(&[experiment, table("a.csv", 12.0, 5.0, 8)]).expect("both");
+    assert!(alone.static_curve.is_none() && beside.static_curve.is_none(), "{:?}", beside.static_curve);
+    assert_eq!(alone.joint.expect("steps").samples, beside.joint.expect("steps").samples);
+}
+
 /// Who searches for effects cannot: they are refused, not taken for a rotor that answers before it is asked.
 #[test]
 fn points_are_no_experiment() {
     let refused = check_columns(&screened(&[table("a.csv", 12.0, 5.0, 15)]), &Model::paper());
-    assert!(refused.is_err_and(|error| format!("{error:?}").contains("rows_are_levels")));
+    let is_of_levels =
+        |error: ScreeningError| matches!(error, ScreeningError::Column(it) if it.code == "rows_are_levels");
+    assert!(refused.is_err_and(is_of_levels));
 }
 
 /// Given a clock that they do not have, they would be rates that lead their commands by half a row, with a pole of 70,000 rad/s.
