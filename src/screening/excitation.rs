@@ -17,18 +17,7 @@ pub(crate) enum SteadyCommand {
     Ramp,
 }
 
-/// See [`RotorLog::rows_are_levels`], of this many rows that are `interval` [s] apart.
-pub(crate) fn are_levels(interval: f64, rows: usize) -> bool {
-    interval > THRESHOLDS.slowest_samples && rows <= THRESHOLDS.most_levels
-}
-
 impl RotorLog {
-    /// Whether each row is a level of its own, at which the rotor has settled: points of a thrust stand, averaged or read off, with
-    /// seconds between them. A log of many such rows is one whose time is in another unit.
-    pub fn rows_are_levels(&self) -> bool {
-        are_levels(self.interval, self.time.len())
-    }
-
     /// Rows right after which the command jumps.
     pub fn jumps(&self) -> Vec<usize> {
         let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > THRESHOLDS.jump;

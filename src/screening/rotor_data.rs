@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
-use super::excitation::are_levels;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
@@ -145,6 +144,12 @@ impl RotorLog {
         Some((this, missing))
     }
 
+    /// Whether each row is a level of its own, at which the rotor has settled: points of a thrust stand, averaged or read off, with
+    /// seconds between them. A log of many such rows is one whose time is in another unit.
+    pub fn rows_are_levels(&self) -> bool {
+        are_levels(self.interval, self.time.len())
+    }
+
     /// File and rotor, for people.
     pub fn source(&self) -> String {
         format!("{}, rotor {}", self.file, self.number)
@@ -263,6 +268,11 @@ impl RotorLog {
 pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     let (low, high) = extremes(values.iter().copied());
     if low > high { (0.0, 0.0) } else { (low, high) }
+}
+
+/// See [`RotorLog::rows_are_levels`], of this many rows that are `interval` [s] apart.
+fn are_levels(interval: f64, rows: usize) -> bool {
+    interval > THRESHOLDS.slowest_samples && rows <= THRESHOLDS.most_levels
 }
 
 /// Stretches of rows that have a value.

@@ -28,7 +28,8 @@ struct Settling {
 
 /// Takes transients whose begin a hole hid out of the score, and out of the stretches.
 pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
-    rotor.data.leave_out_hidden_transients()
+    // Of rows that are levels each the pauses between them are no holes.
+    if rotor.data.rows_are_levels() { None } else { rotor.data.leave_out_hidden_transients() }
 }
 
 impl RotorLog {
