@@ -32,7 +32,7 @@ crate::thresholds! {
     /// times that one question is asked of a node
     most_asked: u32 = 4, "count", "judgement: 2 s in all";
     /// time for which an emulated ESC believes that it is armed without hearing it again
-    armed_for_ns: u64 = 2_000_000_000, "ns", "judgement: the guard says it twice a second, and three in a row may be lost";
+    armed_for_ns: u64 = 2_000_000_000, "ns", "judgement: the guard says it twice a second, and two in a row may be lost";
     /// time from look to look for an interface that is gone
     interface_look_ns: u64 = 50_000_000, "ns", "judgement: nobody plugs an adapter in faster";
     /// most that an adapter's clock and the machine's run apart, as a share of the time

@@ -21,8 +21,9 @@ use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict;
 use crate::screening::Finding;
 
-/// Candidates that a short answer shows beside those that are named.
+/// Candidates that a short answer shows beside those that are named, and where none is.
 const SHOWN_BESIDE: usize = 2;
+const SHOWN_OF_NONE: usize = 6;
 
 /// `value ± error unit`; a bare number carries no unit.
 pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
@@ -108,6 +109,15 @@ pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]
         .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)])
 }
 
+/// How many candidates an answer shows, of `all`: those that were named, and the best beside them.
+fn shown_of(diagnosis: &Diagnosis, all: usize, detail: Detail) -> usize {
+    match detail {
+        Detail::Short if diagnosis.effects.is_empty() => SHOWN_OF_NONE,
+        Detail::Short => diagnosis.effects.len() + SHOWN_BESIDE,
+        Detail::Every => all,
+    }
+}
+
 /// Those that are in the channel that the error is given in: errors of different blocks have different units.
 fn candidates(diagnosis: &Diagnosis, detail: Detail) -> String {
     let is_of_error = |candidate: &&RankedCandidate| {
@@ -130,10 +140,7 @@ fn candidates(diagnosis: &Diagnosis, detail: Detail) -> String {
         "p-value".to_owned(),
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
-    let shown = match detail {
-        Detail::Short => diagnosis.effects.len() + SHOWN_BESIDE,
-        Detail::Every => candidates.len(),
-    };
+    let shown = shown_of(diagnosis, candidates.len(), detail);
     let more = match candidates.len().saturating_sub(shown) {
         0 => String::new(),
         more => wrapped("", &format!("{more} more took off less (--notes lists them)")),
@@ -325,17 +332,17 @@ mod tests {
             refusal: None,
             not_named: None,
         };
-        said.candidates = (0..SHOWN_BESIDE).map(candidate).collect();
+        said.candidates = (0..SHOWN_OF_NONE).map(candidate).collect();
         assert!(!candidates(&said, Detail::Short).contains("took off less"));
-        said.candidates = (0..SHOWN_BESIDE + 9).map(candidate).collect();
+        said.candidates = (0..SHOWN_OF_NONE + 9).map(candidate).collect();
         let short = candidates(&said, Detail::Short);
         assert!(short.contains("9 more took off less (--notes lists them)"), "{short}");
         let every = candidates(&said, Detail::Every);
-        assert!(every.contains("effect_10") && !every.contains("took off less"), "{every}");
+        assert!(every.contains("effect_14") && !every.contains("took off less"), "{every}");
         // One that is named stands beside them.
         said.effects = vec!["effect_4".to_owned()];
         let short = candidates(&said, Detail::Short);
-        assert!(short.contains("effect_4") && short.contains("8 more"), "{short}");
+        assert!(short.contains("effect_4") && short.contains("12 more"), "{short}");
     }
 
     #[test]

@@ -117,13 +117,14 @@ impl RotorLog {
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
-        let missing = if are_levels(log.median_interval(), log.len()) {
+        let are_levels = are_levels(log.median_interval(), &command);
+        let missing = if are_levels {
             // Whatever the pauses between them, each is known by itself.
             Missing { known: finite_runs(&command), ..Missing::default() }
         } else {
             missing_commands::find(log.time(), &command, &segments)
         };
-        let fewest = if are_levels(log.median_interval(), log.len()) { 1 } else { 2 };
+        let fewest = if are_levels { 1 } else { 2 };
         let this = Self {
             file: log.source_name().to_owned(),
             number: rotor,
@@ -145,9 +146,9 @@ impl RotorLog {
     }
 
     /// Whether each row is a level of its own, at which the rotor has settled: points of a thrust stand, averaged or read off, with
-    /// seconds between them. A log of many such rows is one whose time is in another unit.
+    /// seconds between them. A log of many such rows, or one whose commands stand for many of them, is one whose time is in another unit.
     pub fn rows_are_levels(&self) -> bool {
-        are_levels(self.interval, self.time.len())
+        are_levels(self.interval, &self.command)
     }
 
     /// File and rotor, for people.
@@ -270,9 +271,15 @@ pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     if low > high { (0.0, 0.0) } else { (low, high) }
 }
 
-/// See [`RotorLog::rows_are_levels`], of this many rows that are `interval` [s] apart.
-fn are_levels(interval: f64, rows: usize) -> bool {
-    interval > THRESHOLDS.slowest_samples && rows <= THRESHOLDS.most_levels
+/// See [`RotorLog::rows_are_levels`], of rows with these commands that are `interval` [s] apart.
+fn are_levels(interval: f64, command: &[f64]) -> bool {
+    if interval <= THRESHOLDS.slowest_samples || command.len() > THRESHOLDS.most_levels {
+        return false;
+    }
+    let known: Vec<f64> = command.iter().copied().filter(|command| command.is_finite()).collect();
+    let changes = known.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    // A command that never changes is one level, whatever the time.
+    changes == 0 || command.len() <= THRESHOLDS.rows_of_a_level * (changes + 1)
 }
 
 /// Stretches of rows that have a value.

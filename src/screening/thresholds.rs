@@ -123,6 +123,8 @@ crate::thresholds! {
     negative_rate: f64 = 0.05, "-", "judgement";
     /// samples further apart say nothing of a rotor, whose transients last a tenth of that.
     slowest_samples: f64 = 2.0, "s", "judgement";
+    /// rows for each command, on average, that a table of levels has at most; commands of a log that stands for longer are steps in time.
+    rows_of_a_level: usize = 3, "count", "judgement: a level read three times; a step of 0.1 s at 50 Hz has five rows";
     /// rows more than `slowest_samples` apart that are levels of a thrust stand, at most; more of them are a log whose time is in another
     /// unit.
     most_levels: usize = 200, "count", "judgement: a day's work at a stand, and four seconds of a log at 50 Hz";

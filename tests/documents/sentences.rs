@@ -197,7 +197,7 @@ fn tutorial(page: &mut Page, folder: &Path) {
     let least = p_values.iter().filter(|it| **it == p_values[0]).count();
     assert!(p_values[0] < 0.01, "of a hundred");
     page.holds(format!(
-        "{} of the {} candidates in the table have the same p-value",
+        "{} of the {} candidates that are shown have the same p-value",
         word(least as f64),
         word(p_values.len() as f64)
     ));

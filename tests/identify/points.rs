@@ -3,6 +3,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use rotorbench::compare::{CompareConfig, CompareError, compare};
+use rotorbench::experiment::Waveform;
 use rotorbench::identify::{
     Estimate, Identification, IdentifyError, IdentifySettings, check_columns, identify,
 };
@@ -55,6 +57,10 @@ fn points_at_several_supplies_give_curve_gain_and_thrust_and_no_pole() {
     assert!(found.pole.is_none() && found.joint.is_none(), "nothing shows how the rotor follows");
     assert_eq!(found.model.actuator.pole, Model::paper().actuator.pole);
     assert!(found.findings.iter().any(|it| it.code == "pole_from_template"), "{:?}", found.findings);
+    // Held against the curve, and not against a run from row to row.
+    assert!(found.training.iter().all(|it| it.samples == 15 && it.rms < 1.5 * NOISE), "{:?}", found.training);
+    assert!(found.model.rotor_error.is_none(), "no run shows how far the rotor is from the model");
+    assert!(!found.findings.iter().any(|it| it.code == "rates_lead_commands"), "{:?}", found.findings);
     let said = found.findings.iter().filter(|it| it.code == "rows_are_levels");
     assert_eq!(said.map(|it| (it.log.as_str(), it.rows)).collect::<Vec<_>>(), supplies.map(|it| (it.0, 15)));
 }
@@ -68,6 +74,7 @@ fn six_points_are_enough() {
     let middle = six.actuator.steady_rate(0.5, Some(12.6)) - 0.5 * (1124.5 + 0.5 * 447.1);
     assert!(six.static_curve.is_some() && middle.abs() < 3.0 * NOISE, "{middle}");
     assert!(six.thrust.is_some());
+    assert_eq!(six.training.iter().map(|it| it.samples).collect::<Vec<_>>(), [6]);
     assert!(of(5).is_err_and(|error| matches!(error, IdentifyError::Nothing { .. })));
 }
 
@@ -119,4 +126,46 @@ fn points_with_a_clock_that_they_do_not_have_are_asked_about() {
         let IdentifyError::Screening(ScreeningError::Column(asked)) = error else { panic!("{error:?}") };
         assert_eq!((asked.code, asked.number("interval_s")), ("rates_answer_at_once", pause));
     }
+}
+
+/// A rotor that may answer within half a row that long is not refused.
+#[test]
+fn rows_far_apart_say_nothing_of_a_fast_pole() {
+    let mut log = table("a.csv", 12.6, 0.1, 15);
+    for name in ["command_1", "propeller_rate_1_rad_s", "thrust_1_n"] {
+        let values = log.column(name).expect("measured").to_vec();
+        log.replace(name, (0..15).map(|row| values[row * 7 % 15]).collect()).expect("as long");
+    }
+    let said = check_columns(&screened(&[log]), &Model::paper()).expect("not refused");
+    assert!(said.iter().any(|it| it.code == "rates_lead_commands"), "{said:?}");
+}
+
+/// Four seconds of steps at 50 Hz whose milliseconds are read as seconds are no table.
+#[test]
+fn steps_in_another_unit_of_time_are_no_levels() {
+    // Half a second at each level.
+    let second = run(&bench(11), Waveform::Steps { amplitude: 0.08, hold_s: 0.5, count: 30 }, "ms.csv");
+    let rows = 300..500;
+    let time = second.time()[rows.clone()].iter().map(|time| 1000.0 * time).collect();
+    let mut log = Dataset::new("ms.csv", "", time).expect("rises");
+    for name in ["command_1", "propeller_rate_1_rad_s"] {
+        log.insert(name, second.column(name).expect("measured")[rows.clone()].to_vec()).expect("fits");
+    }
+    let error = found(&[log]).expect_err("refused");
+    let IdentifyError::Screening(ScreeningError::Column(asked)) = error else { panic!("{error:?}") };
+    assert_eq!(asked.code, "samples_too_far_apart");
+}
+
+/// A cell without a command is a level of nothing; `compare` has no run to show, however many rows there are.
+#[test]
+fn a_level_without_its_command_is_left_out_and_a_long_table_is_not_compared() {
+    let mut log = table("a.csv", 12.6, 5.0, 60);
+    let mut commands = log.column("command_1").expect("logged").to_vec();
+    commands[30] = f64::NAN;
+    log.replace("command_1", commands).expect("as long");
+    let samples = found(std::slice::from_ref(&log)).expect("points").static_curve.expect("a curve").samples;
+    assert_eq!(samples, 59);
+    let refused = compare(&[Model::paper()], &log.into(), &CompareConfig::default()).expect_err("no run");
+    let CompareError::Screening(ScreeningError::Column(why)) = refused else { panic!("{refused:?}") };
+    assert_eq!(why.code, "rows_are_levels");
 }
