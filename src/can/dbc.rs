@@ -10,7 +10,7 @@ use super::layout::{ByteOrder, NumberFormat};
 use super::load::{BusLoad, worst_case};
 use super::protocol::{BenchEnd, BridgeEnd, IdFilter, MessageDescription, Protocol, SignalDescription};
 use super::roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
-use super::route::{Binding, Route};
+use super::route::{Binding, FrameRefusal, Route};
 
 impl Protocol for Roles {
     fn bridge_end(&self) -> Box<dyn BridgeEnd> {
@@ -125,7 +125,11 @@ impl BridgeEnd for DbcBridge {
     }
 
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, sensors: &mut Sensors) -> Decoded {
-        self.roles.decode_sensors(&mut self.receiver, frame, stamp_ns, sensors)
+        let decoded = self.roles.decode_sensors(&mut self.receiver, frame, stamp_ns, sensors);
+        if decoded.refused == Some(FrameRefusal::ForeignCommand) {
+            self.roles.go_on_behind(&mut self.sender, frame);
+        }
+        decoded
     }
 
     fn commands(&mut self, applied: &Applied) -> &[Frame] {

@@ -240,6 +240,15 @@ impl Roles {
         out
     }
 
+    /// Goes on behind a command of another sender that ESCs which follow the counter take for the next of ours: they would refuse
+    /// what the guard says from then on, as repeated. Where the message has no counter nothing can be done.
+    pub(super) fn go_on_behind(&self, state: &mut SenderState, foreign: &Frame) {
+        let Ok((index, route)) = self.commands.find(foreign) else { return };
+        if let Some(next) = state.counters.get_mut(index) {
+            route.go_on_behind(next, foreign);
+        }
+    }
+
     /// The frame of the sensor message with this index in [`Self::sensor_messages`], from `sensors`; `None` when
     /// there is no such message.
     #[must_use]

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::signal::Health;
 
 use super::codec::SignalCodec;
-use super::counter::Counter;
+use super::counter::{Counter, beyond};
 use super::database::needs_fd;
 use super::frame::{Frame, FrameKind, Id, Payload};
 
@@ -182,6 +182,13 @@ impl<F: Copy> Route<F> {
         let Some((_, codec)) = &self.counter else { return Ok(0) };
         let mask = u64::MAX >> (64 - codec.layout().size);
         counter.accept(codec.decode_raw(frame.payload()), mask).ok_or(FrameRefusal::Counter)
+    }
+
+    /// Has the counter of the next frame go on behind that of another sender's `frame`, see [`beyond`].
+    pub(super) fn go_on_behind(&self, next: &mut u64, frame: &Frame) {
+        let Some((_, codec)) = &self.counter else { return };
+        let mask = u64::MAX >> (64 - codec.layout().size);
+        *next = beyond(*next, codec.decode_raw(frame.payload()), mask);
     }
 
     /// The frame with these values, its counter stepped.

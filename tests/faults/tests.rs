@@ -46,6 +46,15 @@ fn a_row_repeats_from_its_seed_and_another_seed_is_another_flight() {
     }
 }
 
+/// One flight of 400: the count of the other node's first frame goes on from the bridge's, so that an ESC takes it. Would the bridge
+/// count on as before, the ESC would take every further one, too, and refuse the bridge's as repeated.
+#[test]
+fn another_node_whose_count_goes_on_from_ours_is_not_obeyed_for_long() {
+    let flight = run_row(named("second node commands full throttle, once a period"), 1000, 1055);
+    assert_eq!(flight.highest, 1.0, "its first frame is obeyed: is there another such flight?");
+    assert_eq!(flight.broken, Vec::<String>::new());
+}
+
 /// The disk is never felt: the same run to the last bit, with a recorder whose disk is full and without any.
 #[test]
 fn a_recorder_whose_disk_is_full_changes_no_bit_of_the_flight() {
