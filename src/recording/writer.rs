@@ -2,6 +2,9 @@
 //! `kill -9` costs at most the last second.
 
 use std::fs::OpenOptions;
+use std::io;
+use std::mem::ManuallyDrop;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,6 +12,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::clock::monotonic_ns;
+use crate::rt;
 
 use super::RecordError;
 use super::messages::RecorderStatus;
@@ -95,6 +99,7 @@ impl Recorder {
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(move || {
+                rt::end_alone();
                 leave_real_time();
                 worker.run(sink)
             })
@@ -141,9 +146,7 @@ impl Recorder {
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(()),
             Some(Ok(result)) => result,
-            Some(Err(_)) => {
-                Err(RecordError::Write(std::io::Error::other("the recorder's thread died").into()))
-            }
+            Some(Err(_)) => Err(RecordError::Write(io::Error::other("the recorder's thread died").into())),
         }
     }
 }
@@ -167,7 +170,7 @@ fn leave_real_time() {
     // SAFETY: `ordinary` is a valid sched_param for the duration of the call; id 0 names this thread only.
     let code = unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const ordinary) };
     if code != 0 {
-        tracing::debug!("the recorder keeps its scheduling class: {}", std::io::Error::last_os_error());
+        tracing::debug!("the recorder keeps its scheduling class: {}", io::Error::last_os_error());
     }
 }
 
@@ -180,7 +183,18 @@ struct Worker {
 
 impl Worker {
     fn run(&self, sink: Sink) -> Result<(), RecordError> {
-        let result = self.write_until_closed(sink);
+        // A defect here is as a disk that fails: the recording ends, what is lost is counted, and nobody waits for it.
+        let mut sink = ManuallyDrop::new(sink);
+        let written = catch_unwind(AssertUnwindSafe(|| self.write_until_closed(&mut sink)));
+        let result = match written {
+            Ok(Ok(())) => ManuallyDrop::into_inner(sink).finish(),
+            Ok(Err(error)) => {
+                drop(ManuallyDrop::into_inner(sink));
+                Err(error)
+            }
+            // The sink is left as it is: to end it would ask the same code again. The file is what `kill -9` would leave.
+            Err(_) => Err(RecordError::Write(io::Error::other("the recorder panicked").into())),
+        };
         if let Err(error) = &result {
             tracing::error!("the recording has ended: {error}");
             self.count_what_is_lost();
@@ -188,7 +202,7 @@ impl Worker {
         result
     }
 
-    fn write_until_closed(&self, mut sink: Sink) -> Result<(), RecordError> {
+    fn write_until_closed(&self, sink: &mut Sink) -> Result<(), RecordError> {
         let chunk = Duration::from_millis(self.options.chunk_ms);
         let mut last_chunk = Instant::now();
         loop {
@@ -206,8 +220,7 @@ impl Worker {
                 }
             }
             if closing && seen == 0 {
-                sink.write(&RecordedItem::Status(self.status(&lanes)))?;
-                return sink.finish();
+                return sink.write(&RecordedItem::Status(self.status(&lanes)));
             }
             if last_chunk.elapsed() >= chunk {
                 sink.write(&RecordedItem::Status(self.status(&lanes)))?;

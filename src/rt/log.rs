@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use crossbeam::queue::ArrayQueue;
 
+use super::shutdown::end_alone;
+
 /// How bad it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
@@ -83,6 +85,7 @@ impl LogWriter {
         let thread = std::thread::Builder::new().name("log-writer".to_owned()).spawn({
             let (queue, stop) = (queue.clone(), Arc::clone(&stop));
             move || {
+                end_alone();
                 while !stop.load(Ordering::Relaxed) {
                     write_all(&queue);
                     std::thread::park_timeout(Duration::from_millis(50));

@@ -16,7 +16,7 @@ pub use fault::{memory_is_lost, survive_lost_memory};
 pub use log::{LogLine, LogQueue, LogWriter, Severity};
 pub use machine::Machine;
 pub use rights::{Rights, priority_limit};
-pub use shutdown::{Shutdown, cancel_on_signals, report_file_limits_as_errors};
+pub use shutdown::{Shutdown, cancel_on_signals, end_alone, report_file_limits_as_errors};
 pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;

@@ -1,9 +1,11 @@
-//! How a process is asked to end: by any signal that can be caught, and by a panic on any of its threads. Ctrl-Z is one of
+//! How a process is asked to end: by any signal that can be caught, and by a panic on any of its threads but those that only
+//! write something down. Ctrl-Z is one of
 //! them: a guard that is suspended leaves the rotors to the timeouts of their ESCs.
 //!
 //! None of them ends it at once. Each sets one flag, which the cycle sees within a period; the cycle then sends the
 //! safe command and returns. What cannot be caught is in `docs/guide/guard.md`.
 
+use std::cell::Cell;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -46,6 +48,17 @@ const ENDS: [(c_int, &str); 19] = [
 /// the words come through.
 const BACKGROUND: [c_int; 2] = [libc::SIGTTIN, libc::SIGTTOU];
 
+thread_local! {
+    /// Whether a panic of this thread is its own affair.
+    static ENDS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// A panic of this thread is no reason to end the process: for those that write a recording or a log, with which the guard
+/// shares no fate. Who started the thread learns of its end.
+pub fn end_alone() {
+    ENDS_ALONE.set(true);
+}
+
 /// The flag.
 #[derive(Debug, Clone, Default)]
 pub struct Shutdown {
@@ -78,7 +91,10 @@ impl Shutdown {
         let reason = Arc::clone(&shutdown.reason);
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
-            reason.store(PANIC, Ordering::Relaxed);
+            // A thread that is as good as gone has no such word left: then it is one of the others.
+            if !ENDS_ALONE.try_with(Cell::get).unwrap_or(false) {
+                reason.store(PANIC, Ordering::Relaxed);
+            }
             report(panic);
         }));
         Ok(shutdown)

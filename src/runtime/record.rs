@@ -21,7 +21,7 @@ use crate::recording::{
     RawFrame, RecordError, RecordSender, RecordedItem, Recorder, RecorderOptions, RecorderSummary,
     RecordingMetadata,
 };
-use crate::rt::Shutdown;
+use crate::rt::{self, Shutdown};
 use crate::shm::{
     APPLIED, BenchMember, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, ProcessRole, Publisher, REQUEST,
     SENSORS, STOPS, Shareable, ShmError, Subscriber, Topic,
@@ -241,6 +241,7 @@ impl Background {
         let (ready, is_ready) = mpsc::channel();
         let (config, ended) = (config.clone(), shutdown.clone());
         let thread = std::thread::Builder::new().name("listener".to_owned()).spawn(move || {
+            rt::end_alone();
             let mut sender = recorder.sender();
             let mut listener = match Listener::open(&config) {
                 Ok(listener) => listener,

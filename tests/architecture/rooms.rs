@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use super::imports::{from_the_top, paths, read_sources};
+use super::imports::{Source, from_the_top, paths, program, read_sources};
 
 /// Room, and the rooms it may import from. `*` = every room above it.
 pub const TABLE: &[(&str, &[&str])] = &[
@@ -35,7 +35,7 @@ pub const TABLE: &[(&str, &[&str])] = &[
     // It holds the rotors against the model of the bench.
     ("guard", &["unit", "clock", "signal", "model"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
-    ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
+    ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model", "rt"]),
     (
         "log",
         &["cells", "cancel", "threads", "file", "unit", "clock", "signal", "can", "estimation", "recording"],
@@ -180,4 +180,24 @@ fn the_tests_of_guard_and_can_do_without_the_program() {
         assert!(!text.contains("CARGO_BIN_EXE"), "{}: tools/mutants could not build it", file.display());
     }
     assert!(files.len() > 10, "{files:?}");
+}
+
+/// What closes the loop speaks to any bus alike: a protocol is named by those that ask its nodes, and by who plays its bench.
+#[test]
+fn no_protocol_is_named_in_the_loop() {
+    let asks_nodes = |name: &str| {
+        let file = name.rsplit('/').next().unwrap_or(name);
+        file.starts_with("dronecan") || name == "cli/emulate.rs"
+    };
+    let mut asked = 0;
+    let is_above = |source: &&Source| source.module[0] != "can" && !source.name.ends_with("/tests.rs");
+    for source in read_sources().iter().filter(is_above) {
+        let named = paths(&program(&source.text))
+            .iter()
+            .flat_map(|path| from_the_top(source, path))
+            .any(|word| ["dronecan", "ProtocolName", "Roles"].contains(&word.as_str()));
+        assert!(!named || asks_nodes(&source.name), "{}: a protocol is named above `can`", source.name);
+        asked += usize::from(named);
+    }
+    assert!(asked > 5, "{asked} files name a protocol: is the name another one?");
 }

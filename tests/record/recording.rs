@@ -8,6 +8,7 @@ use std::time::Duration;
 use rotorbench::recording::{
     Disk, End, FrameFlags, RawFrame, RecordedItem, Recorder, RecorderOptions, Recording, RecordingMetadata,
 };
+use rotorbench::rt::Shutdown;
 use rotorbench::signal::{
     Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sample, Sensors,
 };
@@ -283,6 +284,49 @@ fn a_full_disk_leaves_a_readable_file_and_counts_what_is_lost() {
     let back = without_status(&mut recording);
     assert!(back.len() > 200, "{} records before the disk was full", back.len());
     assert!(matches!(recording.end(), Some(End::CutOff { .. })));
+}
+
+/// A defect of what writes is as a disk that fails: the recording ends, and neither the process nor a sender that waits for room.
+#[test]
+fn a_recorder_that_panics_ends_its_recording_and_nothing_else() {
+    struct Defect(u32);
+    impl Write for Defect {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0 += 1;
+            assert!(self.0 < 20, "a defect, for this test");
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    impl Disk for Defect {
+        fn truncate(&mut self, _length: u64) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn sync(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let shutdown = Shutdown::listen().expect("signals");
+    let options = RecorderOptions { queue_records: 64, chunk_ms: 1 };
+    let recorder = Recorder::start_on(Box::new(Defect(0)), &metadata(), options).expect("room for the start");
+    let mut sender = recorder.sender();
+    for sequence in 1..=2000 {
+        period(sequence).into_iter().for_each(|record| sender.send_patiently(record));
+        std::thread::sleep(Duration::from_micros(10));
+    }
+    assert!(recorder.has_failed());
+    assert!(!shutdown.is_requested(), "the guard's process runs on: {}", shutdown.reason());
+    let summary = recorder.summary();
+    assert!(summary.dropped > 0, "what is lost is counted: {summary:?}");
+    let error = recorder.finish().expect_err("it did not end well");
+    assert!(format!("{error:?}").contains("the recorder panicked"), "{error:?}");
+    // Any other thread's panic ends the process.
+    std::thread::spawn(|| panic!("a defect, for this test")).join().expect_err("panicked");
+    assert_eq!(shutdown.reason(), "a thread panicked");
 }
 
 #[test]
