@@ -113,6 +113,10 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
         (libc::SIGHUP, "closed terminal"),
         (libc::SIGTSTP, "Ctrl-Z"),
         (libc::SIGUSR1, "SIGUSR1"),
+        (libc::SIGUSR2, "SIGUSR2"),
+        (libc::SIGALRM, "SIGALRM"),
+        (libc::SIGABRT, "SIGABRT"),
+        (libc::SIGPIPE, "SIGPIPE"),
         (libc::SIGBUS, "SIGBUS of another process"),
     ] {
         up_to_six_times(|| {

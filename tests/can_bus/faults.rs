@@ -316,28 +316,46 @@ fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
     });
 }
 
-#[test]
-fn every_way_to_end_the_bridge_ends_in_frames_that_say_zero() {
-    // All the others end a process in the same way: tests/bench_faults/.
-    for (signal, name) in [
-        (libc::SIGINT, "Ctrl-C"),
-        (libc::SIGTERM, "SIGTERM"),
-        (libc::SIGHUP, "closed terminal"),
-        (libc::SIGUSR1, "SIGUSR1"),
-    ] {
+/// Of the signals that end a process. All that there are, asked with nothing in flight: tests/bench_faults/.
+const SIGNALS: [(libc::c_int, &str); 8] = [
+    (libc::SIGINT, "Ctrl-C"),
+    (libc::SIGTERM, "SIGTERM"),
+    (libc::SIGHUP, "closed terminal"),
+    (libc::SIGUSR1, "SIGUSR1"),
+    (libc::SIGUSR2, "SIGUSR2"),
+    (libc::SIGALRM, "SIGALRM"),
+    (libc::SIGABRT, "SIGABRT"),
+    (libc::SIGPIPE, "SIGPIPE"),
+];
+
+/// In flight, the process that `start` starts ends in frames that say zero.
+fn ends_in_zeros(start: impl Fn(&TestBench) -> (Process, Option<Process>)) {
+    for (signal, name) in SIGNALS {
         up_to_six_times(|| {
             let bus = Bus::new();
             let bench = bench("end", &bus);
             let _hardware = Hardware::start(&bench);
             let mut port = bus.port();
-            let (mut bridge, _control, _watcher) = armed_bench(&bench);
-            // Its queue is full of the frames before, and what a bridge says as it ends is said once.
+            let (mut guard, _control) = start(&bench);
+            let mut watcher = bench.watch();
+            bench.arm_and_wait(&mut watcher);
+            // Its queue is full of the frames before, and what a guard says as it ends is said once.
             while port.receive(|_| {}).is_ok_and(|taken| taken > 0) {}
             let at_ns = clock::monotonic_ns();
-            bridge.signal(signal);
+            guard.signal(signal);
             let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
             bench.judge(name, at_ns, safe_ns);
-            assert!(bridge.wait().success());
+            assert!(guard.wait().success());
         });
     }
+}
+
+#[test]
+fn every_way_to_end_the_bridge_ends_in_frames_that_say_zero() {
+    ends_in_zeros(|bench| (bench.start(&["bridge"]), Some(bench.start(&["control"]))));
+}
+
+#[test]
+fn every_way_to_end_a_run_ends_in_frames_that_say_zero() {
+    ends_in_zeros(|bench| (bench.start(&["run"]), None));
 }
