@@ -71,7 +71,7 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 /// Where tools write what they measured: page, place, and the script that knows both.
-const PLACES: [(&str, &[&str], &str); 10] = [
+const PLACES: [(&str, &[&str], &str); 11] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows"], "campaign"),
     ("speed", &["peers", "logs"], "peers"),
@@ -83,6 +83,8 @@ const PLACES: [(&str, &[&str], &str); 10] = [
     ),
     ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
     ("real-logs", &["logs"], "soak"),
+    // What was found by hand is no tool's.
+    ("real-logs", &["public"], "evidence"),
     ("scale", &["scale"], "scale"),
     ("fleet", &["fleet"], "fleet/test"),
     ("workbench", &["workbench"], "workbench"),
