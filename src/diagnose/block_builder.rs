@@ -369,12 +369,19 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
         let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;
         Some(EffectRefusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
     };
-    lacking.or_else(of_gyro).or_else(|| {
-        effect.card.filter(|card| card.needs_both_directions)?;
-        let ways = Directions::of(&rotor_runs(logs), model.actuator.pole);
-        ways.is_one_way()
-            .then_some(EffectRefusal::OneDirection { rising: ways.rising, falling: ways.falling })
-    })
+    lacking.or_else(of_gyro).or_else(|| refused_by_ways(effect, model, logs))
+}
+
+/// Why the rows on their way to a new level cannot show an effect.
+fn refused_by_ways(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<EffectRefusal> {
+    let card = effect.card.filter(|card| card.needs_both_directions || card.needs_transients)?;
+    let ways = Directions::of(&rotor_runs(logs), model.actuator.pole);
+    if card.needs_transients && ways.are_at_rest() {
+        let (moving, needed) = (ways.moving, THRESHOLDS.fewest_moving_rows);
+        return Some(EffectRefusal::NoTransients { moving, needed });
+    }
+    (card.needs_both_directions && ways.is_one_way())
+        .then_some(EffectRefusal::OneDirection { rising: ways.rising, falling: ways.falling })
 }
 
 #[cfg(test)]

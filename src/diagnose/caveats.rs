@@ -3,6 +3,7 @@
 use super::block_data::{BlockData, Runs};
 use super::curve_caveat::shift_is_curve;
 use super::directions::Directions;
+use super::model_selection::ran_off;
 use super::refusal::EffectRefusal;
 use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
@@ -29,6 +30,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     for found in blocks {
         warnings.extend(found.split.insufficient_data().and_then(insufficient));
         warnings.extend(of_other_bench(found));
+        warnings.extend(found.split.is_at_rest().then(|| Finding::new("no_transients", "rotors")));
         warnings.extend(one_direction(logs, found));
         warnings.extend(delay_or_late_reading(logs, blocks, found));
         let (over, channel) = found.over_floor(&found.answer);
@@ -146,7 +148,9 @@ fn at_bounds(found: &SearchResult) -> Vec<Finding> {
         });
         at_bound.collect::<Vec<_>>()
     };
-    let all = found.answer.effects.iter().flat_map(of_effect);
+    let own = ran_off(&found.answer, &found.nominal.model).into_iter();
+    let own = own.filter_map(|name| Some((name.to_owned(), found.answer.model.parameter(name)?)));
+    let all = own.chain(found.answer.effects.iter().flat_map(of_effect));
     all.map(|(name, value)| Finding::new("parameter_at_bound", name).with("value", value)).collect()
 }
 

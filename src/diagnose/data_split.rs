@@ -2,6 +2,7 @@
 
 use super::block_data::{BlockData, Runs};
 use super::body_block::BodyRun;
+use super::directions::Directions;
 use super::refusal::EffectRefusal;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
@@ -25,6 +26,8 @@ pub struct DataSplit {
     /// The body was held still in all logs to fit on.
     pub is_body_held: bool,
     too_seldom: Option<EffectRefusal>,
+    /// Nothing shows how a rotor follows its command: its pole is no number of these data.
+    is_at_rest: bool,
 }
 
 impl DataSplit {
@@ -65,6 +68,7 @@ impl DataSplit {
             coarse,
             is_body_held: false,
             too_seldom: None,
+            is_at_rest: false,
         }
     }
 
@@ -122,23 +126,35 @@ impl DataSplit {
     #[must_use]
     pub fn base_parameters(&self, model: &Model) -> Vec<String> {
         let names = if self.train.is_rotor() { model.rotor_parameters() } else { model.body_parameters() };
-        let usable = |name: &&str| *name != "voltage_gain" || self.has_voltage();
+        let usable = |name: &&str| match *name {
+            "voltage_gain" => self.has_voltage(),
+            "pole" => !self.is_at_rest,
+            _ => true,
+        };
         names.into_iter().filter(usable).map(str::to_owned).collect()
     }
 
-    /// The same data, with whether the rates of every rotor come too seldom to show how a rotor of the model follows its command:
-    /// what happens between two of them would be taken for a law of levels.
+    /// The same data, with whether the rates of every rotor come too seldom to show how a rotor of the model follows its command (what
+    /// happens between two of them would be taken for a law of levels), and whether no row is on its way to a new level: from drift
+    /// within levels at rest a pole of any size would come, and effects that explain it.
     #[must_use]
     pub fn judged_by(mut self, model: &Model) -> Self {
         let Runs::Rotor(runs) = &self.train.runs else { return self };
         let intervals = runs.iter().filter_map(|run| reading_interval(&run.time, &run.measured));
         let pole = model.actuator.pole;
+        self.is_at_rest = Directions::of(runs, pole).are_at_rest();
         let slow = intervals.reduce(f64::min).filter(|interval| is_too_seldom(*interval, pole));
         self.too_seldom = slow.map(|interval| EffectRefusal::ReadingsTooSeldom {
             rate_hz: interval.recip(),
             needed_hz: rate_needed(pole),
         });
         self
+    }
+
+    /// Whether the rotors are at rest throughout: nothing shows how they follow.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.is_at_rest
     }
 
     /// Whether an effect acts in this block.

@@ -121,8 +121,9 @@ impl Search<'_> {
         depth: usize,
     ) -> Vec<&'t CandidateFit> {
         let of_depth = fits.iter().filter(|fitted| fitted.effects.len() == depth);
-        let mut identifiable: Vec<&CandidateFit> =
-            of_depth.filter(|fitted| is_identifiable(split, fitted, self.known)).collect();
+        let mut identifiable: Vec<&CandidateFit> = of_depth
+            .filter(|fitted| is_identifiable(split, fitted, self.known) && !self.has_run_off(fitted))
+            .collect();
         identifiable.sort_by(|a, b| a.validate(split).total_cmp(&b.validate(split)));
         identifiable
     }

@@ -11,7 +11,7 @@ use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Site, Term, find};
 use crate::estimation::output_error::Residuals;
-use crate::model::Effect;
+use crate::model::{Effect, Model};
 use crate::threads::both;
 
 pub(crate) fn over_floor(split: &DataSplit, fitted: &CandidateFit, floors: &[f64; 2]) -> (f64, usize) {
@@ -218,6 +218,23 @@ pub(crate) fn indistinguishable(
     best_of_each(split, near)
 }
 
+/// The base's own numbers that a fit left at the end of their range, a pole or an inertia that no bench has.
+pub(crate) fn ran_off(fitted: &CandidateFit, base: &Model) -> Vec<&'static str> {
+    let inertia = fitted.model.body.inertia / base.body.inertia;
+    let own = [
+        ("pole", fitted.model.actuator.pole, THRESHOLDS.pole_bounds),
+        ("inertia", inertia, THRESHOLDS.inertia_bounds),
+    ];
+    let share = THRESHOLDS.bound_share;
+    let is_at_end = |value: f64, (lowest, highest): (f64, f64)| {
+        value <= lowest * (1.0 + share) || value >= highest * (1.0 - share)
+    };
+    let ran_off = own.into_iter().filter(|(name, value, bounds)| {
+        fitted.names.iter().any(|free| free == name) && is_at_end(*value, *bounds)
+    });
+    ran_off.map(|(name, ..)| name).collect()
+}
+
 /// Of the fits of one set, on several ways to it, the one that leaves least.
 pub(crate) fn best_of_each(split: &DataSplit, fits: Vec<CandidateFit>) -> Vec<CandidateFit> {
     let mut best: Vec<(f64, CandidateFit)> = Vec::with_capacity(fits.len());
@@ -255,7 +272,6 @@ pub(crate) fn steps(split: &DataSplit, best: &CandidateFit, fits: &[CandidateFit
 mod tests {
     use super::super::tests::{ROWS, leaves, noise, split};
     use super::*;
-    use crate::model::Model;
 
     fn unmet_by(trace: impl Fn(usize) -> f64) -> Option<Unmet> {
         let after: Vec<f64> = (0..ROWS).map(noise).collect();
@@ -265,6 +281,25 @@ mod tests {
 
     fn gain_of(trace: impl Fn(usize) -> f64) -> bool {
         unmet_by(trace).is_none()
+    }
+
+    #[test]
+    fn a_number_at_the_end_of_its_range_has_run_off_where_it_was_free() {
+        let base = Model::paper();
+        let ran = |name: &str, value: f64, free: &str| {
+            let mut fitted = CandidateFit { names: vec![free.to_owned()], ..leaves(vec![0.0; ROWS]) };
+            fitted.model = base.clone();
+            fitted.model.set_parameter(name, value);
+            ran_off(&fitted, &base)
+        };
+        let (lowest, highest) = THRESHOLDS.pole_bounds;
+        assert_eq!(ran("pole", lowest, "pole"), ["pole"]);
+        assert_eq!(ran("pole", highest, "pole"), ["pole"]);
+        assert!(ran("pole", 1.01 * lowest, "pole").is_empty(), "a slow one");
+        assert!(ran("pole", lowest, "inertia").is_empty(), "the base's own");
+        let most = THRESHOLDS.inertia_bounds.1 * base.body.inertia;
+        assert_eq!(ran("inertia", most, "inertia"), ["inertia"]);
+        assert!(ran("inertia", 0.1 * most, "inertia").is_empty(), "a heavy one");
     }
 
     #[test]

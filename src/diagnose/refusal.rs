@@ -42,6 +42,16 @@ pub enum EffectRefusal {
         /// Scored rows on the way down.
         falling: usize,
     },
+    /// The scored rows are at rest, and the effect shows where a rotor is on its way only.
+    #[error(
+        "the rotors are at rest: {moving} scored rows are on their way to a new rate, {needed} are the least that show how a rotor follows"
+    )]
+    NoTransients {
+        /// Scored rows that are not at rest.
+        moving: usize,
+        /// The least.
+        needed: usize,
+    },
     /// A law of the gyro in time, and the measured angle moves with it.
     #[error(
         "the slope of the measured angle leads the gyro by {lag_ms:.1} ± {error_ms:.1} ms: it does not lag"

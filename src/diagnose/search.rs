@@ -19,10 +19,34 @@ impl Search<'_> {
     #[must_use]
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let (nominal, refitted) = self.bases(&mut split);
-        let singles = self.singles(&split, (&nominal, &refitted), &base_names);
+        let (nominal, mut refitted) = self.bases(&mut split);
+        let mut singles = self.singles(&split, (&nominal, &refitted), &base_names);
+        if let Some(better) = self.base_of_single(&split, &refitted, &singles, &base_names) {
+            refitted = better;
+            singles = self.singles(&split, (&nominal, &refitted), &base_names);
+        }
         let fits: Vec<CandidateFit> = singles.iter().filter_map(|single| single.fitted.clone()).collect();
         self.among(split, (nominal, refitted), singles, fits)
+    }
+
+    /// The base's own numbers, fitted from where the single effect that leaves least has them: what they do as well by themselves is
+    /// none of an effect's doing. `None` where they were fitted as well before.
+    fn base_of_single(
+        &self,
+        split: &DataSplit,
+        refitted: &CandidateFit,
+        singles: &[SingleEffect],
+        base: &[String],
+    ) -> Option<CandidateFit> {
+        let fits = singles.iter().filter_map(|single| single.fitted.as_ref());
+        let best = fits.min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))?;
+        if best.fit.cost > (1.0 - THRESHOLDS.least_gain) * refitted.fit.cost {
+            return None;
+        }
+        let from = best.effects.iter().fold(best.model.clone(), |model, id| model.without(id));
+        let again = Candidate { effects: Vec::new(), ..self.start(&from, base) }.run(split);
+        let is_better = again.fit.cost < (1.0 - THRESHOLDS.least_gain) * refitted.fit.cost;
+        (is_better && !self.has_run_off(&again)).then_some(again)
     }
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
@@ -107,19 +131,15 @@ impl Search<'_> {
         fits: &mut Vec<CandidateFit>,
         mut best: CandidateFit,
     ) -> SearchResult {
-        let base_names = split.base_parameters(self.base);
-        let mut dropped = self.eliminate(&split, &mut best, &base_names, &refitted, fits);
-        let swapped = self.swaps(&split, &best, fits, &base_names);
-        fits.extend(swapped);
-        let exchanged_twice = self.two_exchanged(&split, &best, fits, &base_names);
-        fits.extend(exchanged_twice);
-        if let Some(better) = self.exchanged(&split, (&best, &refitted), fits) {
-            (best, dropped) = better;
-        }
+        let mut dropped = self.least_of_exchanges(&split, (&mut best, &refitted), fits);
         let mut alternatives = indistinguishable(&split, &best, fits, self.known);
         let mut ladder = vec![refitted.clone()];
         ladder.extend(steps(&split, &best, fits));
         let (mut answer, mut changed) = self.select_parameters(&split, &nominal, &refitted, &best);
+        if !best.effects.is_empty() && self.has_run_off(&answer) {
+            // With all of the base's numbers free it did not.
+            (answer, changed) = (best.clone(), split.base_parameters(self.base));
+        }
         let unexplained_change = best.effects.is_empty() && !changed.is_empty();
         let instead =
             unexplained_change.then(|| self.single_effect_instead(&split, &answer, changed.len())).flatten();
@@ -148,6 +168,28 @@ impl Search<'_> {
         };
         unnamed::judge(&mut found, &best, fits, self.known);
         found
+    }
+
+    /// Drops from `best` what gains nothing, and puts the set in its place that leaves least among those with one or two other effects;
+    /// the sets without each of its effects.
+    fn least_of_exchanges(
+        &self,
+        split: &DataSplit,
+        (best, refitted): (&mut CandidateFit, &CandidateFit),
+        fits: &mut Vec<CandidateFit>,
+    ) -> Vec<CandidateFit> {
+        let base_names = split.base_parameters(self.base);
+        let mut dropped = self.eliminate(split, best, &base_names, refitted, fits);
+        let swapped = self.swaps(split, best, fits, &base_names);
+        fits.extend(swapped);
+        let exchanged_twice = self.two_exchanged(split, best, fits, &base_names);
+        fits.extend(exchanged_twice);
+        fits.retain(|fitted| !self.has_run_off(fitted));
+        for _ in 0..THRESHOLDS.most_exchanges {
+            let Some(better) = self.exchanged(split, (best, refitted), fits) else { break };
+            (*best, dropped) = better;
+        }
+        dropped
     }
 
     /// Where another set does better on all data, that one and what goes on from it; and the sets without each of its effects.

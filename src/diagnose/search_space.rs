@@ -3,7 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::model_selection::weigh_channels;
+use super::model_selection::{ran_off, weigh_channels};
 use super::progress::SearchEvent;
 use super::refusal::EffectRefusal;
 use crate::model::{Effect, Model};
@@ -38,6 +38,11 @@ impl<'a> Search<'a> {
             self.candidate(self.base, &[], &[]).run(split),
             self.candidate(self.base, &[], &base_names).run(split),
         )
+    }
+
+    /// Whether a fit ended where no fit is to end: its effects explain what that gets wrong.
+    pub(crate) fn has_run_off(&self, fitted: &CandidateFit) -> bool {
+        !ran_off(fitted, self.base).is_empty()
     }
 
     pub(crate) fn candidate<'b>(

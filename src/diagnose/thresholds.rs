@@ -164,6 +164,8 @@ crate::thresholds! {
     pole_bounds: (f64, f64) = (0.05, 400.0), "rad/s", "judgement";
     /// bounds of the inertia in a fit, over where it starts
     inertia_bounds: (f64, f64) = (1e-4, 1e4), "-", "judgement: no fit is to end there";
+    /// share of its bound within which a number has run off to it
+    bound_share: f64 = 1e-3, "-", "judgement";
     /// greatest voltage gain in a fit
     most_voltage_gain: f64 = 1e3, "rad/(s V)", "judgement: no fit is to end there";
     /// rounds, at most, in which a grid and the numbers beside it are moved in turns, as long as that gains `promising_share`
@@ -185,7 +187,7 @@ crate::thresholds! {
     /// times the squares that the best known set of as many effects leaves, from which a set that grew from the `wide_beam` is not fitted
     /// to the end after its brief fit
     wide_reach: f64 = 1.5, "-", "a fit to the end takes off up to a fifth: two real logs";
-    /// how often one effect of the best three is exchanged for another
+    /// how often one effect of the best three is exchanged for another, and a set for one that leaves less
     most_exchanges: usize = 2, "count", "judgement: two wrong ones";
     /// beyond so many times the noise floor more than one effect of the best three is wrong
     exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign: one wrong one leaves 1.1 to 1.5";
@@ -281,6 +283,10 @@ crate::thresholds! {
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
     /// difference of the command and its lag from which a row is on the way to a new level
     transient_way: f64 = 0.02, "-", "the least jump of a command, `jump` of the screening";
+    /// difference of the command and its lag up to which a row is at rest: half a rad/s of a rotor, less than the noise of a reading
+    resting_way: f64 = 5e-4, "-", "judgement";
+    /// rows that are not at rest, at least, that show how a rotor follows its command: of one step
+    fewest_moving_rows: usize = 4, "count", "judgement";
     /// rows on their way to a new level, at least, of which it is said that they all go one way
     fewest_transient_rows: usize = 20, "count", "judgement";
     /// share of the rows on their way to a new level that must go the other way: with less, a difference between the ways is known to

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: None,
     report: [
         "At the same speed one rotor pushes harder than the other.",

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: true,
+    needs_transients: true,
     acts_as: None,
     report: [
         "The rotor accelerates faster than it slows down, or the other way round.",

@@ -26,6 +26,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::VoltageDrop),
     report: [
         "The same command turns the rotor more slowly when the battery is low.",

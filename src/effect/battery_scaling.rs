@@ -15,6 +15,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::VoltageScaling),
     report: [
         "The command is a share of the battery voltage, so an emptying battery shrinks every command.",

@@ -26,6 +26,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::OddInBodyMotion,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::Stiffness),
     report: [
         "Cables pull the body back in proportion to its angle.",

@@ -98,6 +98,8 @@ pub struct Card {
     pub symmetry: Symmetry,
     /// Whether it is a difference between speeding up and slowing down: data that show one of the two say nothing of it.
     pub needs_both_directions: bool,
+    /// Whether only a rotor on its way to a new rate shows it: in rows at rest its effect is none, or another g(u)'s.
+    pub needs_transients: bool,
     /// The term of the equations that it is, for those who know the term but not the effect.
     pub acts_as: Option<Term>,
     /// Two plain sentences for the report.

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::DeadZone),
     report: [
         "Below a threshold the command does nothing, above it the rest of the range is stretched.",

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::Saturation),
     report: [
         "Above a limit the rotor does not answer to more command.",

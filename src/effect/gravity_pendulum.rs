@@ -38,6 +38,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::Pendulum),
     report: [
         "The centre of mass is off the axis, so that gravity pulls the body towards an angle of its own.",

@@ -39,6 +39,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, BODY_ANGLE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: None,
     report: [
         "The rotor that comes near the floor pushes harder.",

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::OddInBodyMotion,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: None,
     report: [
         "The gyroscope reads too much or too little by a fixed share.",

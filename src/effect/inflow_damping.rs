@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::AxialDamping),
     report: [
         "The rotor that moves up pushes less and the one that moves down pushes more, so the body is damped.",

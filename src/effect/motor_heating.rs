@@ -39,6 +39,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: None,
     report: [
         "After hard work the same command turns the rotor more slowly, and it recovers with rest.",

@@ -38,6 +38,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE],
     symmetry: Symmetry::Dissipative,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::CoulombFriction),
     report: [
         "The pivot rubs: it brakes with the same torque however slowly the body turns.",

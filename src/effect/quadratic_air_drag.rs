@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE],
     symmetry: Symmetry::Dissipative,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::QuadraticDrag),
     report: [
         "The air brakes fast turning much more than slow turning.",

@@ -16,6 +16,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::Lag),
     report: [
         "The torque builds up gradually after it was commanded.",

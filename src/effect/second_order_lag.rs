@@ -16,6 +16,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: true,
     acts_as: Some(Term::Lag),
     report: [
         "The rotor does not start at full acceleration after a step; something ahead of it lags.",

@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: true,
     acts_as: Some(Term::SlewLimit),
     report: [
         "Large steps are answered by a ramp, small ones as the model says.",

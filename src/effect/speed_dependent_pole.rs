@@ -26,6 +26,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: true,
     acts_as: None,
     report: [
         "The rotor answers at another pace at high speed than at low speed.",

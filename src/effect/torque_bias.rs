@@ -25,6 +25,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::Constant),
     report: [
         "Something pushes the body with a constant torque.",

@@ -15,6 +15,7 @@ pub(super) static CARD: Card = Card {
     needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: false,
     acts_as: Some(Term::DeadTime),
     report: [
         "The torque acts a fixed time after it was commanded.",

@@ -15,6 +15,7 @@ pub(super) static CARD: Card = Card {
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
+    needs_transients: true,
     acts_as: Some(Term::DeadTime),
     report: [
         "Every command takes effect a fixed time after it was sent.",

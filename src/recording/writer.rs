@@ -186,14 +186,15 @@ impl Worker {
         // A defect here is as a disk that fails: the recording ends, what is lost is counted, and nobody waits for it.
         let mut sink = ManuallyDrop::new(sink);
         let written = catch_unwind(AssertUnwindSafe(|| self.write_until_closed(&mut sink)));
+        let panicked = || RecordError::Write(io::Error::other("the recorder panicked").into());
         let result = match written {
-            Ok(Ok(())) => ManuallyDrop::into_inner(sink).finish(),
-            Ok(Err(error)) => {
-                drop(ManuallyDrop::into_inner(sink));
-                Err(error)
+            Ok(written) => {
+                let sink = ManuallyDrop::into_inner(sink);
+                let ended = catch_unwind(AssertUnwindSafe(move || written.and_then(|()| sink.finish())));
+                ended.unwrap_or_else(|_| Err(panicked()))
             }
             // The sink is left as it is: to end it would ask the same code again. The file is what `kill -9` would leave.
-            Err(_) => Err(RecordError::Write(io::Error::other("the recorder panicked").into())),
+            Err(_) => Err(panicked()),
         };
         if let Err(error) = &result {
             tracing::error!("the recording has ended: {error}");

@@ -10,6 +10,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
 use crate::log::dataset::is_hole;
 use crate::log::segments::held_or;
+use crate::log::thresholds as log_thresholds;
 use crate::log::{Cells, Dataset};
 use crate::signal::columns::{self, BATTERY_VOLTAGE};
 
@@ -117,7 +118,8 @@ impl RotorLog {
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
-        let are_levels = are_levels(log.median_interval(), &command);
+        let beside = OTHER.checked_sub(rotor).and_then(|other| Beside::of(log, other));
+        let are_levels = are_levels(log.median_interval(), &command, beside.as_ref());
         let missing = if are_levels {
             // Whatever the pauses between them, each is known by itself.
             Missing { known: finite_runs(&command), ..Missing::default() }
@@ -140,7 +142,7 @@ impl RotorLog {
             stretches: missing.known.iter().filter(|known| known.len() >= fewest).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,
-            beside: OTHER.checked_sub(rotor).and_then(|other| Beside::of(log, other)),
+            beside,
         };
         Some((this, missing))
     }
@@ -148,7 +150,7 @@ impl RotorLog {
     /// Whether each row is a level of its own, at which the rotor has settled: points of a thrust stand, averaged or read off, with
     /// seconds between them. A log of many such rows, or one whose commands stand for many of them, is one whose time is in another unit.
     pub fn rows_are_levels(&self) -> bool {
-        are_levels(self.interval, &self.command)
+        are_levels(self.interval, &self.command, self.beside.as_ref())
     }
 
     /// File and rotor, for people.
@@ -271,15 +273,19 @@ pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     if low > high { (0.0, 0.0) } else { (low, high) }
 }
 
-/// See [`RotorLog::rows_are_levels`], of rows with these commands that are `interval` [s] apart.
-fn are_levels(interval: f64, command: &[f64]) -> bool {
+/// See [`RotorLog::rows_are_levels`], of rows with these commands that are `interval` [s] apart, and those of the rotor beside.
+fn are_levels(interval: f64, command: &[f64], beside: Option<&Beside>) -> bool {
     if interval <= THRESHOLDS.slowest_samples || command.len() > THRESHOLDS.most_levels {
         return false;
     }
-    let known: Vec<f64> = command.iter().copied().filter(|command| command.is_finite()).collect();
+    let other = |row: usize| beside.map_or(0.0, |beside| beside.command[row]);
+    let known: Vec<[f64; 2]> =
+        (0..command.len()).map(|row| [command[row], other(row)]).filter(|it| it[0].is_finite()).collect();
     let changes = known.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    // A command that never changes is one level, whatever the time.
-    changes == 0 || command.len() <= THRESHOLDS.rows_of_a_level * (changes + 1)
+    // Rows that somebody called levels, and a command that never changes, are levels, whatever the time.
+    interval == log_thresholds::THRESHOLDS.level_period
+        || changes == 0
+        || command.len() <= THRESHOLDS.rows_of_a_level * (changes + 1)
 }
 
 /// Stretches of rows that have a value.

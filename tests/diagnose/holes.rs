@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::dead_time::{Draws, STEP, steady};
-use super::desk::{Desk, diagnose};
+use super::desk::{Desk, diagnose, has_code};
 
 /// [s] from a command to its effect.
 const DELAY: f64 = 0.028;
@@ -78,5 +78,38 @@ fn holes_right_behind_up_steps_hide_no_delay_and_invent_nothing() {
         assert!(hidden["rows"].as_u64() > Some(100), "{hidden}");
         // No load cell and no body says that it is the rotor that is late.
         assert!(findings.iter().any(|it| it["code"] == "delay_or_late_reading"), "{findings:?}");
+    }
+}
+
+/// Levels of a stand, each 20 s behind the one before and without the way to it; each a little off the curve, and drifting a little: a
+/// pole near zero would leave every level where its first reading is, and effects would explain what that gets wrong.
+fn levels(seed: u64) -> String {
+    let mut draws = Draws(seed);
+    let mut text = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
+    for level in 0..20_u32 {
+        let command = 0.3 + 0.02 * f64::from(level * 7 % 20);
+        let off = draws.noise(6.0);
+        for row in 0..200 {
+            let since = 0.026 * f64::from(row);
+            let rate = steady(command) + off - 0.8 * since + draws.noise(2.5);
+            writeln!(text, "{:.3},{command:.2},12.4,{rate:.2}", 25.0 * f64::from(level) + since)
+                .expect("a string");
+        }
+    }
+    text
+}
+
+#[test]
+fn levels_at_rest_show_no_pole_and_nothing_of_the_way_between_them() {
+    let desk = Desk::new();
+    let logs = [3, 4].map(|seed| desk.write(&format!("levels{seed}.csv"), &levels(seed)));
+    let (answer, _) = diagnose("paper", &logs[0], &logs[1]);
+    assert!(has_code(&answer, "no_transients"), "{answer}");
+    let changed = answer["changed_parameters"].as_array().expect("a list");
+    assert!(changed.iter().all(|it| it["name"] != "pole"), "{changed:?}");
+    let candidates = answer["candidates"].as_array().expect("a list");
+    for effect in ["asymmetric_pole", "speed_dependent_pole", "telemetry_lag", "transport_delay"] {
+        let candidate = candidates.iter().find(|it| it["effect"] == effect).expect("a candidate");
+        assert_eq!(candidate["refusal"]["code"], "no_transients", "{candidate}");
     }
 }

@@ -50,6 +50,9 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
                  for them, and hardly a row shows it step {other}"
             )
         }
+        "no_transients" => "the scored rows of the rotors are at rest: the pole is kept as it is, and effects that show on the way \
+             from one level to the next are not tried; log the steps between them, too"
+            .to_owned(),
         "delay_or_late_reading" => format!(
             "{subject}: from command to reading a rotor that is commanded late looks like one that is read late, and nothing in these \
              logs tells which; a load cell or a body beside the rate would"
