@@ -132,6 +132,10 @@ impl Search<'_> {
         mut best: CandidateFit,
     ) -> SearchResult {
         let mut dropped = self.least_of_exchanges(&split, (&mut best, &refitted), fits);
+        if self.has_run_off(&best) {
+            // What was left when effects were dropped.
+            (best, dropped) = (refitted.clone(), Vec::new());
+        }
         let mut alternatives = indistinguishable(&split, &best, fits, self.known);
         let mut ladder = vec![refitted.clone()];
         ladder.extend(steps(&split, &best, fits));

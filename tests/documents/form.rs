@@ -71,7 +71,7 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 /// Where tools write what they measured: page, place, and the script that knows both.
-const PLACES: [(&str, &[&str], &str); 11] = [
+const PLACES: [(&str, &[&str], &str); 13] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows"], "campaign"),
     ("speed", &["peers", "logs"], "peers"),
@@ -82,6 +82,8 @@ const PLACES: [(&str, &[&str], &str); 11] = [
         "soak",
     ),
     ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
+    ("long-runs", &["fuzz"], "fuzz"),
+    ("long-runs", &["coverage"], "coverage"),
     ("real-logs", &["logs"], "soak"),
     // What was found by hand is no tool's.
     ("real-logs", &["public"], "evidence"),
