@@ -229,8 +229,52 @@ fn is_no_step_back(split: &DataSplit, from: &CandidateFit, left: &CandidateFit) 
 
 #[cfg(test)]
 mod tests {
+    use super::super::block_data::{BlockData, Runs};
+    use super::super::rotor_block::rotor_runs;
     use super::super::tests::{ROWS, leaves, noise, split};
     use super::*;
+    use crate::log::Dataset;
+    use crate::model::Model;
+
+    /// The paper's rotor with a pole of `pole`, in steps of 0.4 s.
+    fn rotor(pole: f64) -> DataSplit {
+        let command: Vec<f64> = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64).collect();
+        let (mut rate, share) = (500.0, -(-0.01 * pole).exp_m1());
+        let rates = command.iter().map(|command| {
+            let read = rate;
+            rate += share * (command * (1124.5 + 447.1 * command) - rate);
+            read
+        });
+        let rates = rates.collect();
+        let time = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+        let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+        DataSplit::new(data.clone(), Some(data))
+    }
+
+    /// A base fit that ended in another valley, and an effect beside which it did not.
+    #[test]
+    fn what_the_base_does_by_itself_is_no_effects_doing() {
+        let (base, split) = (Model::paper(), rotor(8.0));
+        let known = base.known_effects().expect("the catalogue");
+        let search = Search { base: &base, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let beside = |left: f64| {
+            let mut model = base.with(known.iter().find(|it| it.id == "static_offset").expect("known"));
+            model.set_parameter("pole", 8.0);
+            let effects = vec!["static_offset".to_owned()];
+            let fitted = Some(CandidateFit { effects, model, ..leaves(vec![left; ROWS]) });
+            let effect = "static_offset".to_owned();
+            [SingleEffect { effect, fitted, surrogate: None, refusal: None, not_named: None }]
+        };
+        let names = split.base_parameters(&base);
+        let from = |refitted: f64, single: f64| {
+            search.base_of_single(&split, &leaves(vec![refitted; ROWS]), &beside(single), &names)
+        };
+        let found = from(50.0, 1.0).expect("the base does as well by itself");
+        assert!(found.effects.is_empty() && (found.model.actuator.pole - 8.0).abs() < 0.01, "{found:?}");
+        assert!(from(0.0, 1.0).is_none(), "it was there already");
+        assert!(from(1.0, 1.0).is_none(), "the effect does no better");
+    }
 
     #[test]
     fn a_worse_effect_does_not_take_the_place_of_the_one_it_came_in_beside() {
