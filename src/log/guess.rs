@@ -8,7 +8,7 @@ mod words;
 use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
-pub use near::{meant_by, possible_command};
+pub use near::{is_divided_by_poles, meant_by, possible_command};
 use words::{Words, measures, weight};
 
 use super::mapping::SignalMapping;
@@ -32,6 +32,8 @@ pub enum Certainty {
     UnitGuessed,
     /// The name says a rate of the motor's field: the rotor's times the pole pairs, whose number is assumed.
     Electrical,
+    /// The name says a rate of the motor's field, of a stand whose software divides it by the poles that it was given.
+    ByPoles,
     /// Nothing is known of it: it is carried along under its own name.
     Unknown,
     /// No number is seen in it: it is left out.
@@ -68,34 +70,52 @@ pub struct GuessedColumn {
     pub certainty: Certainty,
     /// The first values that are there.
     pub samples: Vec<f64>,
+    /// Whether all values that were looked at are 0, as of a sensor that is not connected.
+    pub reads_zero: bool,
 }
 
 /// Guesses what each column means. A signal is given once: to the first column that means it, to one that reads nothing but zero
-/// only where no other does, and to an electrical rate likewise.
+/// only where no other does, and to an electrical rate likewise; to one that a stand divided by poles only where what counts the
+/// rotor's own turns reads nothing but zero.
 #[must_use]
 pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
     let counts_from_zero = columns.iter().any(|column| Words::of(&column.name).number == Some(0));
-    let meant: Vec<_> = columns.iter().map(|column| meant(column, counts_from_zero)).collect();
-    let both = || columns.iter().zip(&meant).filter_map(|(column, meant)| Some((column, meant.as_ref()?)));
-    let reads = |signal: &str| both().any(|(column, it)| it.signal == signal && !is_zero(column));
+    let mut meant: Vec<_> = columns.iter().map(|column| meant(column, counts_from_zero)).collect();
+    leave_out_idle(&mut meant);
+    let both = || meant.iter().flatten();
+    let reads = |signal: &str| both().any(|it| it.signal == signal && !it.reads_zero);
     let has_other = |signal: &str, reads: bool| {
-        let counts = |column: &SampledColumn| !reads || !is_zero(column);
-        both().any(|(column, it)| {
-            it.signal == signal && it.certainty != Certainty::Electrical && counts(column)
-        })
+        let counts = |it: &GuessedColumn| it.certainty != Certainty::Electrical && !(reads && it.reads_zero);
+        both().any(|it| it.signal == signal && counts(it))
     };
     let mut found: Vec<GuessedColumn> = Vec::new();
     for (column, meant) in columns.iter().zip(&meant).filter(|(column, _)| !column.name.is_empty()) {
         let is_taken = |it: &GuessedColumn| {
             let reads = reads(&it.signal);
             let is_second = it.certainty == Certainty::Electrical && has_other(&it.signal, reads);
-            let is_dead = reads && is_zero(column);
+            let is_dead = reads && it.reads_zero;
             is_second || is_dead || found.iter().any(|other| other.signal == it.signal)
         };
         let guessed = meant.clone().filter(|it| !is_taken(it));
         found.push(guessed.unwrap_or_else(|| unknown(column, &found)));
     }
     found
+}
+
+/// Leaves out the rates that a stand divided by poles, but for those that stand in for a sensor that is not connected.
+fn leave_out_idle(meant: &mut [Option<GuessedColumn>]) {
+    let counted = |it: &&GuessedColumn| !matches!(it.certainty, Certainty::Electrical | Certainty::ByPoles);
+    let dead: Vec<String> = {
+        let all = || meant.iter().flatten().filter(counted);
+        let is_dead = |signal: &str| all().filter(|it| it.signal == signal).all(|it| it.reads_zero);
+        all().filter(|it| is_dead(&it.signal)).map(|it| it.signal.clone()).collect()
+    };
+    for it in meant {
+        let is_idle = |it: &mut GuessedColumn| {
+            it.certainty == Certainty::ByPoles && (it.reads_zero || !dead.contains(&it.signal))
+        };
+        it.take_if(is_idle);
+    }
 }
 
 /// Whether it reads nothing but zero: a sensor that is not connected.
@@ -180,6 +200,10 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
         let scale = 1.0 / THRESHOLDS.guess_pole_pairs;
         return Some(guessed(column, signal, unit, (scale, 0.0), Certainty::Electrical));
     }
+    if meaning.signal == columns::ANY_PROPELLER_RATE && words.is_by_poles() {
+        let unit = words.unit.filter(|unit| measures(unit, meaning.si))?;
+        return Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::ByPoles));
+    }
     let size = quantile_of_size(column);
     let by_values = meaning.units.iter().find(|(most, _)| size <= *most).map(|(_, unit)| *unit);
     match (words.unit_for(meaning), by_values) {
@@ -210,6 +234,7 @@ fn guessed(
         offset,
         certainty,
         samples,
+        reads_zero: is_zero(column),
     }
 }
 

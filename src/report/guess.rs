@@ -1,7 +1,7 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
 use super::TextTable;
-use crate::log::guess::{Certainty, GuessedColumn, possible_command};
+use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command};
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
@@ -15,6 +15,7 @@ pub fn certainty(of: Certainty) -> &'static str {
         Certainty::Named => "its name says so",
         Certainty::UnitGuessed => "unit guessed from the values",
         Certainty::Electrical => "electrical: needs the number of pole pairs",
+        Certainty::ByPoles => "electrical, divided by the poles that the stand was given",
         Certainty::Unknown => "not recognised",
         Certainty::Empty => "no numbers: left out",
         Certainty::Said => "as you say",
@@ -74,7 +75,41 @@ pub fn text(guessed: &GuessedLog) -> String {
             short(1.0 / it.scale)
         );
     }
-    text + &without_command(guessed)
+    text + &of_rates(guessed) + &without_command(guessed)
+}
+
+/// What to look at where the sensor of a rotor's rate reads nothing but 0, or a stand's electrical speed is the only rate.
+fn of_rates(guessed: &GuessedLog) -> String {
+    let is_rate = |it: &&GuessedColumn| columns::is_propeller_rate(&it.signal);
+    let has_rate = guessed.columns.iter().any(|it| is_rate(&it));
+    let by_poles = |it: &&GuessedColumn| is_divided_by_poles(&it.column) && !it.reads_zero;
+    let dead =
+        guessed.columns.iter().filter(|it| it.reads_zero && (is_rate(it) || is_divided_by_poles(&it.column)));
+    let dead: Vec<String> = dead.map(|it| format!("`{}`", it.column)).collect();
+    if let Some(it) = guessed.columns.iter().find(|it| it.certainty == Certainty::ByPoles) {
+        return format!(
+            "The rate is that of `{column}`, for the other one reads 0. Such stands divide it by the pole pairs that their software was \
+             given; if it was given none, of a motor with 14 magnets: `--column '{column}={signal}:erpm/7'`\n",
+            column = it.column,
+            signal = it.signal
+        );
+    }
+    match guessed.columns.iter().find(by_poles) {
+        Some(it) if !has_rate => format!(
+            "No rate of a rotor was recognised. If `{column}` is it, `--column '{column}=propeller_rate_1_rad_s:rpm'` where the stand's \
+             software was given the motor's poles, else `erpm/7` of a motor with 14 magnets\n",
+            column = it.column
+        ),
+        _ if guessed.columns.iter().any(|it| is_rate(&it) && it.reads_zero) => format!(
+            "{} 0 in all rows that were looked at: no rate was measured there\n",
+            if dead.len() > 1 {
+                format!("{} read", dead.join(" and "))
+            } else {
+                format!("{} reads", dead.concat())
+            }
+        ),
+        _ => String::new(),
+    }
 }
 
 /// What to do where no command was recognised; nothing where there is one.
@@ -173,5 +208,30 @@ mod tests {
         let file = mapping_file(&guessed, "log.csv").expect("written");
         assert!(file.contains("\nscale = 0.142857 # 1 / pole pairs: 7 assumed, change it\n"), "{file}");
         assert!(toml::from_str::<MappingConfig>(&file).is_ok(), "{file}");
+    }
+
+    #[test]
+    fn a_rate_that_no_sensor_counted_is_taken_from_the_electrical_one() {
+        let stand = |optical: u32, electrical: u32| {
+            let head = "Time (s),ESC signal (µs),Motor Electrical Speed (RPM),Motor Optical Speed (RPM)";
+            text(&guessed(&format!(
+                "{head}\n0,1000,{electrical},{optical}\n0.1,1200,{electrical},{optical}\n"
+            )))
+        };
+        let said = stand(0, 3521);
+        assert!(
+            said.contains("The rate is that of `Motor Electrical Speed (RPM)`, for the other one reads 0."),
+            "{said}"
+        );
+        let said = stand(0, 0);
+        let none = "`Motor Electrical Speed (RPM)` and `Motor Optical Speed (RPM)` read 0 in all rows that were looked at";
+        assert!(said.contains(none), "{said}");
+        for electrical in [0, 3521] {
+            let said = stand(3500, electrical);
+            assert!(!said.contains("read 0") && !said.contains("The rate is"), "{said}");
+        }
+        let said = text(&guessed("Time (s),ESC (µs),Motor Electrical Speed (RPM)\n0,1000,10\n0.1,1200,20\n"));
+        let asks = "`--column 'Motor Electrical Speed (RPM)=propeller_rate_1_rad_s:rpm'`";
+        assert!(said.contains(asks), "{said}");
     }
 }

@@ -4,6 +4,7 @@ use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
 use super::screened_log::ScreenedLog;
 use crate::log::Dataset;
+use crate::log::guess::meant_by;
 use crate::log::signals::MOST_ROTORS;
 use crate::screening::Finding;
 use crate::signal::columns;
@@ -95,11 +96,27 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
     }
     let samples: usize = rotors.iter().map(|rotor| rotor.scored().count()).sum();
     if samples == 0 {
-        return not_used(log, "no_rate_under_command");
+        let (dead, instead) = dead_rates(log);
+        return not_used(log, "no_rate_under_command").with("dead", dead).with("instead", instead);
     }
     let seconds = log.time().last().zip(log.time().first()).map_or(0.0, |(last, first)| last - first);
     let finding = not_used(log, "not_excited").rows(samples).with("seconds", seconds);
     finding.with("fewest_jumps", FEWEST_JUMPS)
+}
+
+/// The rates that read nothing but 0, and the columns of no signal that move and may be meant for them.
+fn dead_rates(log: &Dataset) -> (Vec<String>, Vec<String>) {
+    let is_dead = |name: &&str| {
+        columns::is_propeller_rate(name)
+            && log.column(name).is_some_and(|values| values.iter().all(|it| it.is_nan() || *it == 0.0))
+    };
+    let dead: Vec<String> = log.names().filter(is_dead).map(str::to_owned).collect();
+    let is_meant = |name: &&str| meant_by(name).is_some_and(|signal| dead.contains(&signal));
+    let moves = |name: &&str| {
+        log.column(name).is_some_and(|values| values.iter().any(|it| it.is_finite() && *it != 0.0))
+    };
+    let instead = log.names().filter(is_meant).filter(moves).map(str::to_owned).collect();
+    (dead, instead)
 }
 
 #[cfg(test)]

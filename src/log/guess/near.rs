@@ -42,6 +42,12 @@ fn in_other_words(name: &str) -> Option<String> {
     is_signal.then(|| columns::of_number(meaning.signal, number))
 }
 
+/// Whether a stand divided this column's turns of the field by the pole pairs that it was given.
+#[must_use]
+pub fn is_divided_by_poles(column: &str) -> bool {
+    Words::of(column).is_by_poles()
+}
+
 /// The column of a guess without a command that may be one, and the unit that its name says it has.
 #[must_use]
 pub fn possible_command(guessed: &[GuessedColumn]) -> Option<(&str, &'static str)> {
@@ -90,6 +96,7 @@ mod tests {
             ("rotor_speed_1", "propeller_rate_1_rad_s"),
             ("propeler_rate_4_rad_s", "propeller_rate_4_rad_s"),
             ("vbat", "battery_voltage_v"),
+            ("motor_electrical_speed_rpm", "propeller_rate_1_rad_s"),
             ("batery_voltage_v", "battery_voltage_v"),
         ] {
             assert_eq!(meant_by(name).as_deref(), Some(signal), "{name}");

@@ -202,6 +202,27 @@ fn a_rate_that_reads_nothing_gives_way_to_one_that_does() {
     assert_eq!(standing[0].0, "propeller_rate_1_rad_s");
 }
 
+/// A stand divides its electrical speed by the poles that it was given: it stands in for an optical probe that is not connected.
+#[test]
+fn a_rate_by_poles_stands_in_for_a_probe_that_reads_nothing() {
+    let stand = |optical: &'static [f64], electrical: &'static [f64]| {
+        let [electrical, optical] =
+            [("Motor Electrical Speed (RPM)", electrical), ("Motor Optical Speed (RPM)", optical)];
+        guess_of(&[("Time (s)", &[0.0, 0.01]), electrical, optical])
+    };
+    let dead = stand(&[0.0, 0.0], &[3521.0, 5788.0]);
+    is(&dead[1], "propeller_rate_1_rad_s", "RPM", Certainty::ByPoles);
+    is(&dead[2], "motor_optical_speed_rpm", "", Certainty::Unknown);
+    for electrical in [&[0.0, 0.0], &[3521.0, 5788.0]] {
+        let live = stand(&[3500.0, 5700.0], electrical);
+        is(&live[1], "motor_electrical_speed_rpm", "", Certainty::Unknown);
+        is(&live[2], "propeller_rate_1_rad_s", "RPM", Certainty::Named);
+    }
+    let both = stand(&[0.0, 0.0], &[0.0, 0.0]);
+    is(&both[1], "motor_electrical_speed_rpm", "", Certainty::Unknown);
+    is(&both[2], "propeller_rate_1_rad_s", "RPM", Certainty::Named);
+}
+
 #[test]
 fn the_name_of_a_probe_is_no_number_of_a_rotor() {
     let found = guess_of(&[("4N76 Temp", &[25.0]), ("motor 2 temp", &[30.0]), ("rpm3", &[900.0])]);

@@ -78,9 +78,15 @@ impl Words {
         ["erpm", "e_rpm", "electrical_rpm"].iter().any(|word| self.has(word))
     }
 
+    /// Whether it is what stands of RCbenchmark call the electrical speed: turns of the field, which their software has divided by
+    /// the pole pairs that its user gave it (`setMotorPoles` of its scripts).
+    pub fn is_by_poles(&self) -> bool {
+        self.has("electrical_speed") && !self.is_electrical()
+    }
+
     /// Whether this word says that, and nothing more.
     pub fn is_electrical_by(&self, word: &str) -> bool {
-        word == "electrical" && self.is_electrical()
+        word == "electrical" && (self.is_electrical() || self.is_by_poles())
     }
 
     pub fn has(&self, wanted: &str) -> bool {

@@ -176,6 +176,22 @@ fn own_channels(finding: &Finding) -> String {
     }
 }
 
+/// Which rates read nothing but 0, and what to name where another column has them.
+fn dead_rates(finding: &Finding) -> String {
+    let (dead, instead) = (finding.texts("dead"), finding.texts("instead"));
+    let Some(rate) = dead.first() else { return String::new() };
+    let read = format!(": {} {} 0 throughout", quoted(dead), if dead.len() == 1 { "reads" } else { "read" });
+    if instead.is_empty() {
+        return read;
+    }
+    format!(
+        "{read}, and {} {}: if it is the rate, the mapping names its column `{rate}`, with its unit (`rpm`; of electrical turns with \
+         `scale` = 1 / pole pairs)",
+        quoted(instead),
+        if instead.len() == 1 { "does not" } else { "do not" }
+    )
+}
+
 /// `a`, `b` and `c`.
 fn quoted(names: &[String]) -> String {
     let all: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
@@ -207,7 +223,9 @@ fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
         "no_rotor_columns" => {
             format!("it has no command_N with a propeller_rate_N_rad_s beside it; it holds {}", holds())
         }
-        "no_rate_under_command" => "no rate was measured while a rotor ran under a known command".to_owned(),
+        "no_rate_under_command" => {
+            format!("no rate was measured while a rotor ran under a known command{}", dead_rates(finding))
+        }
         _ => format!(
             "{} usable samples over {} s are too few, or nothing is excited in them: k_V and g(u) ask for levels or slow ramps of \
              5 s after settling, the pole for {} jumps of the command at least",
@@ -251,6 +269,18 @@ mod tests {
         let one = said(&["gas", "propeller_rate_1_rad_s"]);
         assert!(one.ends_with("; if `gas` is it, the mapping names it `command_1`, with its unit"), "{one}");
         assert!(said(&["gas", "note"]).contains("; if one of `gas` and `note` is it"));
+    }
+
+    #[test]
+    fn a_log_whose_rate_reads_nothing_names_the_column_that_moves() {
+        let texts = |name: &str| vec![name.to_owned()];
+        let finding = || Finding::new("log_not_used", "").with("reason", "no_rate_under_command");
+        assert!(sentence(&finding()).ends_with("while a rotor ran under a known command"));
+        let dead = finding().with("dead", texts("propeller_rate_1_rad_s"));
+        assert!(sentence(&dead).ends_with("a known command: `propeller_rate_1_rad_s` reads 0 throughout"));
+        let said = sentence(&dead.with("instead", texts("motor_electrical_speed_rpm")));
+        let moves = "reads 0 throughout, and `motor_electrical_speed_rpm` does not: if it is the rate, the mapping names its column";
+        assert!(said.contains(moves), "{said}");
     }
 
     #[test]
