@@ -179,8 +179,10 @@ impl Reader<'_> {
         let of_signals = config.signal.iter().flat_map(|signal| {
             let clock = signal.time_column.clone();
             let each = signal.columns().iter().map(|column| column.to_string()).collect::<Vec<_>>();
-            each.into_iter().map(move |it| (it, clock.clone(), signal.name.as_str(), signal.optional))
+            let may_lack = !config.is_needed(signal);
+            each.into_iter().map(move |it| (it, clock.clone(), signal.name.as_str(), may_lack))
         });
+        self.require_one_of_several(header)?;
         for (column, clock, signal, is_optional) in of_filter.into_iter().chain(of_signals) {
             let place = match self.find(header, &column, signal) {
                 Ok(place) => place,
@@ -208,6 +210,19 @@ impl Reader<'_> {
         let unused = header.iter().enumerate().filter(|(at, name)| !used.contains(at) && !name.is_empty());
         self.notes.unused_columns = unused.map(|(_, name)| name.clone()).collect();
         Ok((clocks, wanted))
+    }
+
+    /// Refuses a file that has no column for a signal that may come from several.
+    fn require_one_of_several(&self, header: &[String]) -> Result<(), ForeignError> {
+        let has = |name: &&str| header.iter().any(|it| it == name);
+        let config = self.config();
+        for signal in config.one_of_several() {
+            let all: Vec<Vec<&str>> = config.alternatives(&signal.name).map(|(_, it)| it.columns()).collect();
+            if !all.iter().any(|columns| columns.iter().all(has)) {
+                return self.find(header, &all.concat().join("`, `"), &signal.name).map(|_| ());
+            }
+        }
+        Ok(())
     }
 
     /// The one place of a column in the header.

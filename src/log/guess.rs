@@ -140,6 +140,7 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         valid: None,
         rows_later: 0,
         optional: false,
+        instead: false,
     });
     mapped.collect()
 }

@@ -28,6 +28,18 @@ impl Occurrences {
     }
 }
 
+/// A signal that was read from another column than the first that it may come from.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Instead {
+    /// Its name.
+    pub signal: String,
+    /// The column that was read.
+    pub read: String,
+    /// The column before it in the mapping, which reads nothing but 0.
+    pub dead: String,
+}
+
 /// What reading a foreign log came across.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -62,6 +74,8 @@ pub struct Notes {
     pub invalid: BTreeMap<String, Occurrences>,
     /// Signals of the mapping whose optional column is absent.
     pub absent: Vec<String>,
+    /// Signals that were read from another column, for the first one reads nothing but 0.
+    pub instead: Vec<Instead>,
     /// Columns of the file that the mapping does not use.
     pub unused_columns: Vec<String>,
     /// Which log of the file was read, and of how many.

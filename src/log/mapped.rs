@@ -8,7 +8,7 @@ use super::csv::content_hash;
 use super::csv_table::{self, listed};
 use super::dataset::Dataset;
 use super::foreign_error::ForeignError;
-use super::import_notes::Notes;
+use super::import_notes::{Instead, Notes};
 use super::limits;
 use super::mapping::{Mapping, SignalMapping, TimeConfig};
 use super::row_clock;
@@ -127,12 +127,14 @@ impl Assembly<'_> {
             return Err(ForeignError::Empty { path: self.path.to_owned() });
         }
         let mut log = Dataset::new(self.path.display().to_string(), content_hash(bytes), time)?;
-        for (signal, column) in self.mapping.config.signal.iter().zip(&mut columns) {
-            match column.take() {
-                Some(values) => log.insert(signal.name.clone(), values)?,
-                None => self.notes.absent.push(signal.name.clone()),
+        let signals = || self.mapping.config.signal.iter();
+        for (signal, column) in signals().zip(&mut columns) {
+            if let Some(values) = column.take() {
+                log.insert(signal.name.clone(), values)?;
             }
         }
+        let absent = signals().filter(|it| !it.instead && log.column(&it.name).is_none());
+        self.notes.absent.extend(absent.map(|it| it.name.clone()));
         Ok(log)
     }
 
@@ -140,6 +142,9 @@ impl Assembly<'_> {
     fn clocks(&mut self, tables: &[Table]) -> Result<Vec<Clock>, ForeignError> {
         let mut clocks: Vec<Option<Clock>> = tables.iter().map(|_| None).collect();
         for (index, signal) in self.mapping.config.signal.iter().enumerate() {
+            if !self.is_chosen(tables, index) {
+                continue;
+            }
             let found: Result<Vec<_>, _> =
                 signal.columns().into_iter().map(|column| self.find(tables, column, signal)).collect();
             let found = match found {
@@ -166,6 +171,30 @@ impl Assembly<'_> {
             clocks[at].get_or_insert_with(|| Clock::of(&tables[at])).condition = condition;
         }
         Ok(clocks.into_iter().flatten().collect())
+    }
+
+    /// Whether a signal is read: of several of one name that is the first whose columns are there and read anything but 0, else the
+    /// first whose columns are there, else the first.
+    fn is_chosen(&mut self, tables: &[Table], index: usize) -> bool {
+        let config = &self.mapping.config;
+        let name = &config.signal[index].name;
+        let all: Vec<(usize, &SignalMapping)> = config.alternatives(name).collect();
+        let Some((first, _)) = all.first().copied().filter(|_| all.len() > 1) else { return true };
+        let places = |signal: &SignalMapping| -> Option<Vec<(usize, usize)>> {
+            signal.columns().into_iter().map(|column| self.find(tables, column, signal).ok()).collect()
+        };
+        let there: Vec<_> = all.into_iter().filter_map(|(at, it)| Some((at, it, places(it)?))).collect();
+        let moves = |(table, column): &(usize, usize)| {
+            let values = &tables[*table].columns[*column].values;
+            values.iter().any(|value| value.is_finite() && *value != 0.0)
+        };
+        let alive = there.iter().position(|(_, _, places)| places.iter().any(moves)).unwrap_or(0);
+        let Some((chosen, signal, _)) = there.get(alive) else { return first == index };
+        if *chosen == index && alive > 0 {
+            let [read, dead] = [*signal, there[0].1].map(|it| it.columns().join("`, `"));
+            self.notes.instead.push(Instead { signal: name.clone(), read, dead });
+        }
+        *chosen == index
     }
 
     /// The values of a signal, in SI and within the mapping's ranges.

@@ -1,5 +1,6 @@
 //! The mapping file: what the columns of a foreign log mean.
 
+mod alternatives;
 mod clock;
 mod error;
 mod shipped;
@@ -13,7 +14,6 @@ use crate::file::{read_settings_text, toml_error};
 use crate::unit::Unit;
 
 use super::row_filter::RowFilter;
-use super::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
 pub use clock::TimeConfig;
@@ -110,16 +110,12 @@ impl Mapping {
     /// guessed of them: a command in DShot is none in microseconds.
     #[must_use]
     pub fn shipped_for(names: &[&str], guessed: &[SignalMapping]) -> Option<&'static str> {
-        let agrees = |signal: &SignalMapping| {
-            let mut same = guessed.iter().filter(|it| it.name == signal.name && it.unit == signal.unit);
-            // A guess of a scale is a round number; two scales that are meant to differ do so by far more.
-            same.all(|it| (it.scale / signal.scale - 1.0).abs() < THRESHOLDS.same_scale)
-        };
         let fits = |text: &str| {
             let Ok(config) = toml::from_str::<MappingConfig>(text) else { return false };
-            let time = config.time.iter().filter_map(|time| time.column.as_deref());
-            let needed = config.signal.iter().filter(|it| !it.optional).flat_map(SignalMapping::columns);
-            time.chain(needed).all(|column| names.contains(&column)) && config.signal.iter().all(agrees)
+            let mut time = config.time.iter().filter_map(|time| time.column.as_deref());
+            time.all(|column| names.contains(&column))
+                && alternatives::fit(&config.signal, names)
+                && guessed.iter().all(|it| alternatives::agree(&config.signal, it))
         };
         SHIPPED.iter().find(|(_, text)| fits(text)).map(|(name, _)| *name)
     }
@@ -140,6 +136,7 @@ impl Mapping {
             valid: None,
             rows_later: 0,
             optional: false,
+            instead: false,
         });
         let time = TimeConfig {
             column: Some(columns::TIME.to_owned()),
@@ -163,8 +160,8 @@ impl Mapping {
     /// The columns that it needs.
     pub fn columns(&self) -> impl Iterator<Item = &str> {
         let time = self.config.time.iter().filter_map(|time| time.column.as_deref());
-        let needed = self.config.signal.iter().filter(|it| !it.optional).flat_map(SignalMapping::columns);
-        time.chain(needed)
+        let needed = self.config.signal.iter().filter(|it| self.config.is_needed(it));
+        time.chain(needed.flat_map(SignalMapping::columns))
     }
 
     /// Whether it looks at the column of a table.
@@ -216,6 +213,24 @@ impl MappingConfig {
             condition: None,
             signal,
         }
+    }
+
+    /// The signals of this name, in their order: the first, and those that are read instead.
+    pub(crate) fn alternatives<'a>(
+        &'a self,
+        name: &'a str,
+    ) -> impl Iterator<Item = (usize, &'a SignalMapping)> {
+        alternatives::of_name(&self.signal, name)
+    }
+
+    /// Whether a file must have the columns of this signal.
+    pub(crate) fn is_needed(&self, signal: &SignalMapping) -> bool {
+        alternatives::is_needed(&self.signal, signal)
+    }
+
+    /// The signals of which a file must have one of several columns, each by its first.
+    pub(crate) fn one_of_several(&self) -> impl Iterator<Item = &SignalMapping> {
+        alternatives::one_of_several(&self.signal)
     }
 
     /// Checks everything that can be checked without a log.

@@ -60,7 +60,7 @@ pub fn text(guessed: &GuessedLog) -> String {
     let mut text = table.text();
     if let Some(name) = guessed.shipped {
         text += &format!(
-            "The shipped mapping `{name}` knows these columns, reads the same signals, and names the shaft torque, too: `--mapping {name}` \
+            "The shipped mapping `{name}` knows these columns and reads the same signals: `--mapping {name}` \
              reads this log.\n"
         );
     }

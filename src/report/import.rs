@@ -2,7 +2,7 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::import_notes::Occurrences;
+use crate::log::import_notes::{Instead, Occurrences};
 use crate::log::signals::{log_signal, rotor_of};
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
@@ -121,6 +121,10 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
     if !absent.is_empty() {
         lines.push(format!("note: columns absent for {}", absent.join(", ")));
     }
+    lines.extend(notes.instead.iter().map(|it| {
+        let Instead { signal, read, dead } = it;
+        format!("note: `{signal}` is read from `{read}`, for `{dead}` reads nothing but 0")
+    }));
     if !notes.unused_columns.is_empty() {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
     }

@@ -59,6 +59,9 @@ pub struct SignalMapping {
     /// Whether the column may be absent.
     #[serde(default, skip_serializing_if = "is_not")]
     pub optional: bool,
+    /// Whether it is read in place of those of the same name above it, where their columns are absent or read nothing but 0.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub instead: bool,
 }
 
 // What has its default is not written.
@@ -123,8 +126,14 @@ impl SignalMapping {
         if self.name == columns::TIME {
             return Err("time has a table of its own, [time]".to_owned());
         }
-        if before.iter().any(|other| other.name == self.name) {
-            return Err("it is mapped twice".to_owned());
+        match (before.iter().any(|other| other.name == self.name), self.instead) {
+            (true, false) => {
+                return Err(
+                    "it is mapped twice; of several columns the second has `instead = true`".to_owned()
+                );
+            }
+            (false, true) => return Err("`instead` wants a signal of the same name above it".to_owned()),
+            _ => {}
         }
         let plain = |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_';
         if self.name.is_empty() || !self.name.chars().all(plain) {

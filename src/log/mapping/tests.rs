@@ -37,9 +37,60 @@ fn a_shipped_mapping_fits_where_its_columns_are_and_mean_the_same() {
         "the torque's column may be absent"
     );
     assert_eq!(Mapping::shipped_for(&names[..5], &signals), None, "a column is missing");
+    let older =
+        ["Time (s)", "ESC (µs)", "Thrust (N)", "Voltage (V)", "Current (A)", "Motor Optical Speed (RPM)"];
+    assert_eq!(
+        Mapping::shipped_for(&older, &signals),
+        Some("rcbenchmark"),
+        "other columns of the same signals"
+    );
     let mut pulses = signals;
     pulses[0].scale = 0.001;
     assert_eq!(Mapping::shipped_for(&names, &pulses), None, "pulses of 1000 to 2000 µs");
+}
+
+/// Exports of other years and units, and of a stand without a probe, are read by the same name.
+#[test]
+fn the_shipped_mapping_knows_the_headers_of_older_exports() {
+    let read = |head: &str, row: &str| {
+        let text = format!("{head}\n0,{row}\n0.1,{row}\n");
+        let mapping = Mapping::load("rcbenchmark").expect("good");
+        crate::log::mapped::parse(text.as_bytes(), Path::new("stand.csv"), &mapping, None)
+    };
+    let first = |log: &crate::log::Dataset, name: &str| log.column(name).map(|values| values[0]);
+    let head = "Time (s),ESC signal (µs),Thrust (gf),Voltage (V),Current (A),Motor Electrical Speed (RPM),Motor Optical Speed (RPM)";
+    let (log, notes) = read(head, "1250,100,11,5,6000,0").expect("an older export");
+    let near = |name: &str, value: f64| {
+        let found = first(&log, name);
+        assert!(found.is_some_and(|it| (it - value).abs() < 1e-9), "{name}: {found:?}");
+    };
+    near("command_1", 0.25);
+    near("esc_signal", 1250.0);
+    near("thrust_1_n", 0.980_665);
+    near("propeller_rate_1_rad_s", 6000.0 * std::f64::consts::PI / 30.0);
+    assert_eq!(notes.absent, ["shaft_torque_nm"]);
+    let instead: Vec<_> = notes.instead.iter().map(|it| (it.read.as_str(), it.dead.as_str())).collect();
+    assert_eq!(instead, [("Motor Electrical Speed (RPM)", "Motor Optical Speed (RPM)")]);
+    // A probe that counts goes before.
+    let (log, notes) = read(head, "1250,100,11,5,6000,5990").expect("with a probe");
+    assert!(
+        first(&log, "propeller_rate_1_rad_s").is_some_and(|it| it < 5995.0 * std::f64::consts::PI / 30.0)
+    );
+    assert!(notes.instead.is_empty());
+    let (log, _) = read(
+        "Time (s),ESC (µs),Thrust (N),Voltage (V),Current (A),Motor Optical Speed (RPM)",
+        "1400,3,30,1,0",
+    )
+    .expect("another series");
+    assert_eq!((first(&log, "thrust_1_n"), first(&log, "propeller_rate_1_rad_s")), (Some(3.0), Some(0.0)));
+    let error = read("Time (s),ESC A (µs),Thrust (N),Voltage (V),Current (A)", "1400,3,30,1")
+        .expect_err("no command");
+    let said = error.to_string();
+    assert!(
+        said.contains("no column `ESC signal`, `ESC signal (µs)`, `ESC (µs)` (for `command_1`"),
+        "{said}"
+    );
+    assert!(said.contains("the header reads `Time (s)`, `ESC A (µs)`, "), "{said}");
 }
 
 #[test]
@@ -49,7 +100,7 @@ fn errors_name_the_place_and_the_signal() {
     assert_eq!(
         error(&signal("column = \"u\"\nunits = \"-\"\n")),
         "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `columns`, `combine`, \
-         `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`"
+         `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`, `instead`"
     );
     assert_eq!(
         error(&signal("column = \"u\"\nunit = \"V\"\n")),
@@ -58,6 +109,15 @@ fn errors_name_the_place_and_the_signal() {
     assert_eq!(
         error(&signal("column = \"u\"\n")),
         "m.toml: signal `command_1`: its unit is missing: say which unit becomes -"
+    );
+    let again = "[[signal]]\nname = \"command_1\"\ncolumn = \"v\"\nunit = \"-\"\n";
+    assert_eq!(
+        error(&signal(&format!("column = \"u\"\nunit = \"-\"\n{again}"))),
+        "m.toml: signal `command_1`: it is mapped twice; of several columns the second has `instead = true`"
+    );
+    assert_eq!(
+        error(&signal("column = \"u\"\nunit = \"-\"\ninstead = true\n")),
+        "m.toml: signal `command_1`: `instead` wants a signal of the same name above it"
     );
     assert_eq!(
         error(&signal("column = \"u\"\nunit = \"-\"\nclamp = [1.0, 0.0]\n")),
