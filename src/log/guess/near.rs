@@ -39,7 +39,10 @@ fn in_other_words(name: &str) -> Option<String> {
     })?;
     let number = words.number.unwrap_or(1);
     let is_signal = meaning.signal != columns::TIME && (1..=MOST_ROTORS).contains(&number);
-    is_signal.then(|| columns::of_number(meaning.signal, number))
+    let signal = columns::of_number(meaning.signal, number);
+    // A probe and what the whole battery gives are no rotor's.
+    let is_of_none = words.has_part_name || words.has("battery");
+    (is_signal && !(is_of_none && signal != meaning.signal)).then_some(signal)
 }
 
 /// Whether a stand divided this column's turns of the field by the pole pairs that it was given.
@@ -100,6 +103,9 @@ mod tests {
             ("batery_voltage_v", "battery_voltage_v"),
         ] {
             assert_eq!(meant_by(name).as_deref(), Some(signal), "{name}");
+        }
+        for own in ["battery_current_a", "4n76_temp_c", "319a_temp"] {
+            assert_eq!(meant_by(own), None, "{own}");
         }
         for own in ["command_1", "command_17", "phase", "note", "gas", "air_pressure", "my_rad_s"] {
             assert_eq!(meant_by(own), None, "{own}");

@@ -93,6 +93,21 @@ fn the_shipped_mapping_knows_the_headers_of_older_exports() {
     assert!(said.contains("the header reads `Time (s)`, `ESC A (µs)`, "), "{said}");
 }
 
+/// What the program itself names so is not asked about.
+#[test]
+fn mappings_of_ours_write_no_names_that_are_asked_about() {
+    let shipped = SHIPPED.iter().map(|(_, text)| *text);
+    let of_formats = crate::log::formats::FORMATS.iter().filter_map(|format| format.mapping());
+    for text in shipped.chain(of_formats) {
+        let config: MappingConfig = toml::from_str(text).expect("a mapping");
+        let writes = |signal: &str| config.signal.iter().any(|it| it.name == signal);
+        for name in config.signal.iter().map(|it| &it.name) {
+            let meant = crate::log::guess::meant_by(name).filter(|signal| !writes(signal));
+            assert_eq!(meant, None, "{name} of {}", config.description);
+        }
+    }
+}
+
 #[test]
 fn errors_name_the_place_and_the_signal() {
     let signal = |rest: &str| format!("[time]\ncolumn = \"t\"\n[[signal]]\nname = \"command_1\"\n{rest}");
