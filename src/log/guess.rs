@@ -132,6 +132,7 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         column: Some(it.column.clone()),
         columns: Vec::new(),
         combine: None,
+        weights: Vec::new(),
         time_column: None,
         unit: log_signal(&it.signal).map(|_| it.unit.clone()),
         scale: it.scale,

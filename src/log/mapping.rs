@@ -128,6 +128,7 @@ impl Mapping {
             column: Some(name.to_owned()),
             columns: Vec::new(),
             combine: None,
+            weights: Vec::new(),
             time_column: None,
             unit: None,
             scale: 1.0,

@@ -11,7 +11,7 @@ use crate::unit::{Unit, UnitError};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Combine {
-    /// All added.
+    /// All added, each times its weight if there are weights.
     Sum,
     /// The first less the others.
     Difference,
@@ -35,6 +35,9 @@ pub struct SignalMapping {
     /// What becomes of several.
     #[serde(default)]
     pub combine: Option<Combine>,
+    /// Factors of the columns of a sum, one for each; 1 if left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub weights: Vec<f64>,
     /// Column with the time of these values, where they have another clock than the rest of the file; in the unit of `[time]`.
     #[serde(default)]
     pub time_column: Option<String>,
@@ -93,7 +96,11 @@ impl SignalMapping {
     }
 
     /// The value of a row, of the numbers in its columns.
-    pub(crate) fn combined(&self, mut numbers: impl Iterator<Item = f64>) -> f64 {
+    pub(crate) fn combined(&self, numbers: impl Iterator<Item = f64>) -> f64 {
+        if !self.weights.is_empty() {
+            return numbers.zip(&self.weights).map(|(number, weight)| number * weight).sum();
+        }
+        let mut numbers = numbers;
         let first = numbers.next().unwrap_or(f64::NAN);
         match self.combine {
             None => first,
@@ -108,6 +115,14 @@ impl SignalMapping {
 
     /// Whether what it says of its columns can be meant.
     fn check_columns(&self) -> Result<(), String> {
+        let weights = &self.weights;
+        if !weights.is_empty() && (self.combine != Some(Combine::Sum) || weights.len() != self.columns.len())
+        {
+            return Err("`weights` are of a `combine = \"sum\"`, one for each of its `columns`".to_owned());
+        }
+        if weights.iter().any(|weight| !weight.is_finite() || *weight == 0.0) {
+            return Err("`weights` are numbers other than 0".to_owned());
+        }
         match (&self.column, self.columns.len(), self.combine) {
             (Some(_), 0, None) => Ok(()),
             (None, 2.., Some(_)) => Ok(()),

@@ -108,6 +108,19 @@ fn mappings_of_ours_write_no_names_that_are_asked_about() {
     }
 }
 
+/// Four motors turn a body: two one way, two the other.
+#[test]
+fn a_sum_may_weigh_its_columns() {
+    let text = "[time]\ncolumn = \"t\"\n[[signal]]\nname = \"torque_command_nm\"\ncolumns = [\"m2\", \"m4\", \"m1\", \"m3\"]\n\
+                combine = \"sum\"\nweights = [1, 1, -1, -0.5]\nunit = \"N m\"\nscale = 0.1\n";
+    let mapping = Mapping::parse(text, Path::new("m.toml")).expect("a mapping");
+    let log = "t,m1,m2,m3,m4\n0,10,20,30,40\n1,10,,30,40\n";
+    let (log, _) =
+        crate::log::mapped::parse(log.as_bytes(), Path::new("quad.csv"), &mapping, None).expect("a log");
+    let torque = log.column("torque_command_nm").expect("there");
+    assert!((torque[0] - 3.5).abs() < 1e-12 && torque[1].is_nan(), "{torque:?}");
+}
+
 #[test]
 fn errors_name_the_place_and_the_signal() {
     let signal = |rest: &str| format!("[time]\ncolumn = \"t\"\n[[signal]]\nname = \"command_1\"\n{rest}");
@@ -115,7 +128,7 @@ fn errors_name_the_place_and_the_signal() {
     assert_eq!(
         error(&signal("column = \"u\"\nunits = \"-\"\n")),
         "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `columns`, `combine`, \
-         `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`, `instead`"
+         `weights`, `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`, `instead`"
     );
     assert_eq!(
         error(&signal("column = \"u\"\nunit = \"V\"\n")),
@@ -142,6 +155,18 @@ fn errors_name_the_place_and_the_signal() {
     for clock in ["", "column = \"t\"\nlevels = true", "period_s = 1.0\nlevels = true", "levels = false"] {
         assert_eq!(error(&format!("signal = []\n[time]\n{clock}\n")), one_clock, "{clock}");
     }
+    for weights in [
+        "column = \"u\"\nweights = [1.0]",
+        "columns = [\"u\", \"v\"]\ncombine = \"sum\"\nweights = [1.0]",
+        "columns = [\"u\", \"v\"]\ncombine = \"mean\"\nweights = [1.0, 2.0]",
+    ] {
+        assert_eq!(
+            error(&signal(&format!("{weights}\nunit = \"-\"\n"))),
+            "m.toml: signal `command_1`: `weights` are of a `combine = \"sum\"`, one for each of its `columns`"
+        );
+    }
+    let none = "columns = [\"u\", \"v\"]\ncombine = \"sum\"\nweights = [1.0, 0.0]\nunit = \"-\"\n";
+    assert_eq!(error(&signal(none)), "m.toml: signal `command_1`: `weights` are numbers other than 0");
     assert_eq!(
         Mapping::load("nowhere").expect_err("unknown").to_string(),
         "no mapping `nowhere`: not a file, and not one of `rcbenchmark`"
