@@ -123,7 +123,7 @@ fn is_zero(column: &SampledColumn) -> bool {
     column.values.iter().all(|value| value.is_nan() || *value == 0.0)
 }
 
-/// The signals of a guess as a mapping has them, time apart.
+/// The signals of a guess as a mapping has them, time apart; where a body's angle is there and no rate, its rate is the angle's slope.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
     let signals = guessed.iter().filter(|it| it.signal != columns::TIME && it.certainty.is_read());
@@ -133,6 +133,7 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         columns: Vec::new(),
         combine: None,
         weights: Vec::new(),
+        slope: false,
         time_column: None,
         unit: log_signal(&it.signal).map(|_| it.unit.clone()),
         scale: it.scale,
@@ -143,7 +144,18 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         optional: false,
         instead: false,
     });
-    mapped.collect()
+    let mut mapped: Vec<SignalMapping> = mapped.collect();
+    let angle = mapped.iter().find(|it| it.name == columns::BODY_ANGLE);
+    if let Some(angle) = angle.filter(|_| mapped.iter().all(|it| it.name != columns::BODY_RATE)) {
+        let unit = angle.unit.as_ref().map(|unit| format!("{unit}/s"));
+        mapped.push(SignalMapping {
+            name: columns::BODY_RATE.to_owned(),
+            unit,
+            slope: true,
+            ..angle.clone()
+        });
+    }
+    mapped
 }
 
 impl Meaning {

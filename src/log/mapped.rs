@@ -2,11 +2,12 @@
 //! is counted and said.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use super::csv::content_hash;
 use super::csv_table::{self, listed};
-use super::dataset::Dataset;
+use super::dataset::{Dataset, DatasetError};
 use super::foreign_error::ForeignError;
 use super::import_notes::{Instead, Notes};
 use super::limits;
@@ -119,7 +120,9 @@ impl Assembly<'_> {
             for (signal, values) in &mut clock.signals {
                 moved_up(values, self.mapping.config.signal[*signal].rows_later);
             }
-            clocks.push(clock.in_rising_time(self.notes));
+            let mut clock = clock.in_rising_time(self.notes);
+            self.put_slopes(&mut clock)?;
+            clocks.push(clock);
         }
         let count = self.mapping.config.signal.len();
         let (time, mut columns) = self.in_rows(clocks, count);
@@ -197,18 +200,46 @@ impl Assembly<'_> {
         *chosen == index
     }
 
-    /// The values of a signal, in SI and within the mapping's ranges.
-    fn values(&mut self, table: &Table, index: usize, places: &[(usize, usize)]) -> Vec<f64> {
+    /// Puts in the place of columns whose slope is wanted that slope.
+    fn put_slopes(&mut self, clock: &mut Clock) -> Result<(), DatasetError> {
+        let of_slope: Vec<usize> = (0..clock.signals.len())
+            .filter(|at| self.mapping.config.signal[clock.signals[*at].0].slope)
+            .collect();
+        if of_slope.is_empty() {
+            return Ok(());
+        }
+        let segments = Dataset::new(self.path.display().to_string(), "", clock.time.clone())?.segments();
+        for at in of_slope {
+            let (index, values) = &clock.signals[at];
+            let slopes = slopes(&clock.time, values, &segments);
+            let places = clock.places.iter().copied();
+            clock.signals[at].1 = slopes
+                .into_iter()
+                .zip(places)
+                .map(|(slope, place)| self.value(*index, slope, place))
+                .collect();
+        }
+        Ok(())
+    }
+
+    /// A number of the file in SI and within the mapping's ranges.
+    fn value(&mut self, index: usize, number: f64, place: u64) -> f64 {
         let signal = &self.mapping.config.signal[index];
         let unit = self.mapping.units.get(index).copied().flatten();
+        let scaled = number * signal.scale + signal.offset;
+        limited(self.notes, signal, unit.map_or(scaled, |unit| unit.to_si(scaled)), place)
+    }
+
+    /// The values of a signal, in SI and within the mapping's ranges; where its slope is wanted, the numbers as they are.
+    fn values(&mut self, table: &Table, index: usize, places: &[(usize, usize)]) -> Vec<f64> {
+        let signal = &self.mapping.config.signal[index];
         let columns: Vec<&[f64]> =
             places.iter().filter_map(|(_, at)| table.columns.get(*at)).map(|it| &it.values[..]).collect();
         let mut values = Vec::with_capacity(table.time.len());
         for row in 0..table.time.len() {
             let numbers = columns.iter().map(|column| column.get(row).copied().unwrap_or(f64::NAN));
-            let scaled = signal.combined(numbers) * signal.scale + signal.offset;
-            let value = unit.map_or(scaled, |unit| unit.to_si(scaled));
-            values.push(limited(self.notes, signal, value, table.place(row)));
+            let number = signal.combined(numbers);
+            values.push(if signal.slope { number } else { self.value(index, number, table.place(row)) });
         }
         values
     }
@@ -317,6 +348,19 @@ impl Assembly<'_> {
         let columns = columns.into_iter().map(|values| values.map(only)).collect();
         (only(time), columns)
     }
+}
+
+/// Change a second of `values` from the row before to the row behind; of the ends of a segment nobody knows any.
+fn slopes(time: &[f64], values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
+    let mut slopes = vec![f64::NAN; values.len()];
+    for segment in segments {
+        for row in segment.start + 1..segment.end.saturating_sub(1) {
+            // Where the row itself was not read, nobody knows that the neighbours belong together.
+            let change = if values[row].is_nan() { f64::NAN } else { values[row + 1] - values[row - 1] };
+            slopes[row] = change / (time[row + 1] - time[row - 1]);
+        }
+    }
+    slopes
 }
 
 /// Moves values that a file has `rows` too late up to their own rows; of the last rows nobody knows any.

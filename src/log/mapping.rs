@@ -129,6 +129,7 @@ impl Mapping {
             columns: Vec::new(),
             combine: None,
             weights: Vec::new(),
+            slope: false,
             time_column: None,
             unit: None,
             scale: 1.0,

@@ -75,6 +75,14 @@ pub fn text(guessed: &GuessedLog) -> String {
             short(1.0 / it.scale)
         );
     }
+    if let Some(angle) = guessed.mapping.signal.iter().find(|it| it.slope).and_then(|it| it.column.as_deref())
+    {
+        text += &format!(
+            "No column holds the body's rate: the mapping takes the change of `{angle}` a second (`slope`), with the angle's noise in it. If a \
+             gyro's column is there: `--column 'COLUMN={}:deg/s'`\n",
+            columns::BODY_RATE
+        );
+    }
     text + &of_rates(guessed) + &without_command(guessed)
 }
 
@@ -154,6 +162,9 @@ pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser
     for signal in &guessed.mapping.signal {
         let column = guessed.columns.iter().find(|it| it.signal == signal.name);
         text += "\n\n";
+        if signal.slope {
+            text += "# no column holds the body's rate: the change of its angle a second; the column of a gyro is better\n";
+        }
         if let Some(column) = column.filter(|it| it.certainty != Certainty::Named) {
             text += &format!("# {}\n", certainty(column.certainty));
         }
@@ -233,5 +244,19 @@ mod tests {
         let said = text(&guessed("Time (s),ESC (µs),Motor Electrical Speed (RPM)\n0,1000,10\n0.1,1200,20\n"));
         let asks = "`--column 'Motor Electrical Speed (RPM)=propeller_rate_1_rad_s:rpm'`";
         assert!(said.contains(asks), "{said}");
+    }
+
+    #[test]
+    fn a_rate_that_is_a_slope_is_said_and_marked() {
+        let guessed = guessed("time,angle (deg),u (%)\n0,1,10\n0.1,2,20\n0.2,3,20\n");
+        assert!(
+            text(&guessed).contains("takes the change of `angle (deg)` a second (`slope`)"),
+            "{}",
+            text(&guessed)
+        );
+        let file = mapping_file(&guessed, "log.csv").expect("written");
+        assert!(file.contains("# no column holds the body's rate"), "{file}");
+        let config: MappingConfig = toml::from_str(&file).expect("a mapping");
+        assert_eq!(config.signal.iter().filter(|it| it.slope).count(), 1);
     }
 }

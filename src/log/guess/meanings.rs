@@ -89,7 +89,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     Meaning {
         signal: columns::BODY_ANGLE,
         si: "rad",
-        words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
+        words: &["angle", "theta", "attitude", "pitch", "roll", "winkel", "angulo", "ángulo"],
         with: &[],
         without: &["rate", "command", "setpoint", "reference"],
         by_unit: false,

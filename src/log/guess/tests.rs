@@ -224,6 +224,17 @@ fn a_rate_by_poles_stands_in_for_a_probe_that_reads_nothing() {
 }
 
 #[test]
+fn the_rate_of_a_body_without_one_is_the_slope_of_its_angle() {
+    let column = |name: &str| SampledColumn { name: name.to_owned(), values: vec![10.0, 20.0, 30.0] };
+    let signals = signals(&guess(&["time (s)", "angulo_deg"].map(column)));
+    let found: Vec<_> = signals.iter().map(|it| (it.name.as_str(), it.unit.as_deref(), it.slope)).collect();
+    assert_eq!(found, [("body_angle_rad", Some("deg"), false), ("body_rate_rad_s", Some("deg/s"), true)]);
+    assert!(signals[1].check(&signals[..1]).is_ok());
+    let signals = super::signals(&guess(&["time (s)", "angle (deg)", "gyro (deg/s)"].map(column)));
+    assert!(signals.iter().all(|it| !it.slope), "{signals:?}");
+}
+
+#[test]
 fn the_name_of_a_probe_is_no_number_of_a_rotor() {
     let found = guess_of(&[("4N76 Temp", &[25.0]), ("motor 2 temp", &[30.0]), ("rpm3", &[900.0])]);
     assert_eq!(found[0].2, Certainty::Unknown, "{found:?}");

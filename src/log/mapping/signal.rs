@@ -38,6 +38,10 @@ pub struct SignalMapping {
     /// Factors of the columns of a sum, one for each; 1 if left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub weights: Vec<f64>,
+    /// Whether it is the change of the column a second, from the row before to the row behind: a rate of a body whose angle alone was
+    /// measured. No value next to a hole in time.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub slope: bool,
     /// Column with the time of these values, where they have another clock than the rest of the file; in the unit of `[time]`.
     #[serde(default)]
     pub time_column: Option<String>,

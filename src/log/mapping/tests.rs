@@ -121,6 +121,32 @@ fn a_sum_may_weigh_its_columns() {
     assert!((torque[0] - 3.5).abs() < 1e-12 && torque[1].is_nan(), "{torque:?}");
 }
 
+/// A body whose angle alone was measured: the rate is the angle's slope, and none is known next to a hole, a missing cell or an end.
+#[test]
+fn a_rate_may_be_the_slope_of_an_angle() {
+    let text = "[time]\ncolumn = \"t\"\nunit = \"ms\"\n[[signal]]\nname = \"body_rate_rad_s\"\ncolumn = \"angle\"\n\
+                unit = \"deg/s\"\nslope = true\nscale = -1.0\nvalid = [-10.0, 10.0]\n\
+                [[signal]]\nname = \"body_angle_rad\"\ncolumn = \"angle\"\nunit = \"deg\"\n";
+    let mapping = Mapping::parse(text, Path::new("m.toml")).expect("a mapping");
+    // Rows are 10 ms apart, the angle falls by 1 degree each; one cell is missing, a second is without rows, and one angle wraps.
+    let mut log = "t,angle\n".to_owned();
+    for row in 0..30 {
+        let time = 10 * row + if row < 20 { 0 } else { 1000 };
+        let angle =
+            if row == 10 { String::new() } else { format!("{}", if row < 26 { -row } else { 360 - row }) };
+        log += &format!("{time},{angle}\n");
+    }
+    let (log, notes) =
+        crate::log::mapped::parse(log.as_bytes(), Path::new("body.csv"), &mapping, None).expect("a log");
+    let rate = log.column("body_rate_rad_s").expect("there");
+    let unknown: Vec<usize> = (0..30).filter(|row| rate[*row].is_nan()).collect();
+    assert_eq!(unknown, [0, 9, 10, 11, 19, 20, 25, 26, 29]);
+    let wanted = 100.0_f64.to_radians();
+    assert!(rate.iter().all(|it| it.is_nan() || (it - wanted).abs() < 1e-9), "{rate:?}");
+    assert_eq!(notes.invalid["body_rate_rad_s"].first_lines, [27, 28]);
+    assert!((log.column("body_angle_rad").expect("there")[1] + 1.0_f64.to_radians()).abs() < 1e-12);
+}
+
 #[test]
 fn errors_name_the_place_and_the_signal() {
     let signal = |rest: &str| format!("[time]\ncolumn = \"t\"\n[[signal]]\nname = \"command_1\"\n{rest}");
@@ -128,7 +154,7 @@ fn errors_name_the_place_and_the_signal() {
     assert_eq!(
         error(&signal("column = \"u\"\nunits = \"-\"\n")),
         "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `columns`, `combine`, \
-         `weights`, `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`, `instead`"
+         `weights`, `slope`, `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`, `instead`"
     );
     assert_eq!(
         error(&signal("column = \"u\"\nunit = \"V\"\n")),
