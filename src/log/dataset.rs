@@ -73,6 +73,8 @@ pub struct Dataset {
     /// [s] median sampling interval: asked for often.
     interval: f64,
     columns: Vec<(String, Cells)>,
+    /// Name of the format of another program that it came in; empty where it came in none.
+    format: &'static str,
 }
 
 impl Dataset {
@@ -102,7 +104,20 @@ impl Dataset {
             }
         }
         let interval = median_step(time.iter().copied()).unwrap_or(0.0);
-        Ok(Self { source_name, sha256: sha256.into(), time: time.into(), interval, columns: Vec::new() })
+        let (sha256, time) = (sha256.into(), time.into());
+        Ok(Self { source_name, sha256, time, interval, columns: Vec::new(), format: "" })
+    }
+
+    /// The same, of the format of another program.
+    #[must_use]
+    pub(crate) fn of_format(self, format: &'static str) -> Self {
+        Self { format, ..self }
+    }
+
+    /// Name of the format of another program that it came in, as a flight controller's; empty where it came in none.
+    #[must_use]
+    pub fn format(&self) -> &'static str {
+        self.format
     }
 
     /// Adds a column.
@@ -255,6 +270,7 @@ impl Dataset {
             time: self.time.clone(),
             interval: self.interval,
             columns: self.columns.iter().filter(|(name, _)| keeps(name)).cloned().collect(),
+            format: self.format,
         }
     }
 
@@ -272,6 +288,7 @@ impl Dataset {
             time: cut(&self.time),
             interval: self.interval,
             columns: columns.collect(),
+            format: self.format,
         }
     }
 
@@ -287,6 +304,7 @@ impl Dataset {
             time: self.time.part(rows.clone()),
             interval: median_step(self.time[rows.clone()].iter().copied()).unwrap_or(0.0),
             columns: columns.collect(),
+            format: self.format,
         }
     }
 }

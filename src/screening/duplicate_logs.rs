@@ -92,7 +92,8 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
         let empty = log.names().filter(|name| !log.has(name)).map(str::to_owned);
         return not_used(log, if without_commands { "no_commands" } else { "no_rotor_columns" })
             .with("columns", log.names().map(str::to_owned).collect::<Vec<String>>())
-            .with("empty_columns", empty.collect::<Vec<String>>());
+            .with("empty_columns", empty.collect::<Vec<String>>())
+            .with("format", log.format());
     }
     let samples: usize = rotors.iter().map(|rotor| rotor.scored().count()).sum();
     if samples == 0 {

@@ -20,9 +20,14 @@ pub enum ScreeningError {
     /// No log has what any block of a model needs.
     #[error(
         "nothing to compare: a rotor needs its command and its rate (`command_1` with `propeller_rate_1_rad_s`), the body \
-         needs `body_rate_rad_s` with the rates or commands of both rotors or with `torque_command_nm`; {}", .0.join("; ")
+         needs `body_rate_rad_s` with the rates or commands of both rotors or with `torque_command_nm`; {}", .held.join("; ")
     )]
-    NothingInCommon(Vec<String>),
+    NothingInCommon {
+        /// What each log holds.
+        held: Vec<String>,
+        /// Formats of other programs that they came in.
+        formats: Vec<&'static str>,
+    },
 }
 
 impl ScreeningError {
@@ -30,7 +35,8 @@ impl ScreeningError {
     #[must_use]
     pub fn nothing_in_common(logs: &[&Dataset]) -> Self {
         let held = |log: &&Dataset| format!("{} holds {}", log.source_name(), columns(log));
-        Self::NothingInCommon(logs.iter().map(held).collect())
+        let formats = logs.iter().map(|log| log.format()).filter(|format| !format.is_empty());
+        Self::NothingInCommon { held: logs.iter().map(held).collect(), formats: formats.collect() }
     }
 }
 
@@ -52,7 +58,7 @@ mod tests {
         let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
         log.insert("command_1", vec![0.6; 2]).expect("fits");
         log.insert("current_1_a", vec![f64::NAN; 2]).expect("fits");
-        let ScreeningError::NothingInCommon(held) = ScreeningError::nothing_in_common(&[&log]) else {
+        let ScreeningError::NothingInCommon { held, .. } = ScreeningError::nothing_in_common(&[&log]) else {
             panic!("another error");
         };
         assert_eq!(held, ["a.csv holds `command_1`, `current_1_a` (without a value)"]);

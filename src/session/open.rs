@@ -295,7 +295,7 @@ fn tabular(
     let names = || tables.tables.iter().flat_map(|table| &table.columns).map(|column| column.name.as_str());
     let mapping = mapping.unwrap_or_else(|| Mapping::ours(names()));
     let (log, notes) = mapped::assemble(&tables, &bytes, path, &mapping)?;
-    Ok(Read { notes, ..plain(log, format.name()) })
+    Ok(Read { notes, ..plain(log.of_format(format.name()), format.name()) })
 }
 
 /// Whether a text begins with a header of ours: a mapping for other logs is not for it.

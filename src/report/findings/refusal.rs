@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use super::identify::step;
+use super::screening::rates_of;
 use super::{sentence, text};
 use crate::compare::CompareError;
 use crate::diagnose::DiagnoseError;
@@ -38,8 +39,14 @@ pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
     if let Some(CompareError::Screening(error)) = error.downcast_ref::<CompareError>() {
         return refusal(error);
     }
-    if let Some(ScreeningError::Column(finding)) = error.downcast_ref::<ScreeningError>() {
-        return Some(sentence(finding));
+    match error.downcast_ref::<ScreeningError>() {
+        Some(ScreeningError::Column(finding)) => return Some(sentence(finding)),
+        Some(error @ ScreeningError::NothingInCommon { formats, .. }) => {
+            // On a line of its own: what a log holds is long.
+            let rates = formats.first().map_or("", |format| rates_of(format));
+            return Some(format!("{error}{}", rates.replacen("; ", "\n  ", 1)));
+        }
+        _ => {}
     }
     if let Some(PaperError::Identify(error)) = error.downcast_ref::<PaperError>() {
         return refusal(error);
@@ -57,4 +64,24 @@ fn nothing(reasons: &[Finding], steps: &[PipelineStep]) -> String {
     let steps = steps.iter().map(|part| format!("{}: {}", step(part.step), text(&part.finding)));
     let lines = unused.into_iter().map(sentence).chain(steps).chain(rest.into_iter().map(sentence));
     format!("nothing can be identified:\n  {}", lines.collect::<Vec<String>>().join("\n  "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+    use crate::log::betaflight::Betaflight;
+    use crate::log::format::LogFormat as _;
+
+    #[test]
+    fn a_flight_that_no_model_can_be_held_against_says_what_makes_its_controller_log_rates() {
+        let said = |format: &'static str| {
+            let log = Dataset::new("f.bbl", "", vec![0.0, 1.0]).expect("time rises").of_format(format);
+            explained(&ScreeningError::nothing_in_common(&[&log]))
+        };
+        assert!(
+            said(Betaflight.name()).contains("f.bbl holds nothing but time\n  Betaflight logs the rates")
+        );
+        assert!(said("").ends_with("f.bbl holds nothing but time"), "{}", said(""));
+    }
 }

@@ -5,7 +5,11 @@ mod cells;
 mod rotor;
 mod summary;
 
+use crate::log::betaflight::Betaflight;
+use crate::log::dataflash::DataFlash;
+use crate::log::format::LogFormat;
 use crate::log::signals::log_signal;
+use crate::log::ulog::Ulog;
 use crate::report::number;
 use crate::screening::Finding;
 use crate::unit::short;
@@ -176,6 +180,28 @@ fn own_channels(finding: &Finding) -> String {
     }
 }
 
+/// What makes a flight controller log the rates of its rotors.
+pub(super) fn rates_of(format: &str) -> &'static str {
+    let known: [(&dyn LogFormat, &str); 3] = [
+        (
+            &Betaflight,
+            "; Betaflight logs the rates, from 4.5 on, of ESCs that speak bidirectional DShot: `set dshot_bidir = ON`, \
+             `set blackbox_disable_rpm = OFF`",
+        ),
+        (
+            &Ulog,
+            "; PX4 logs the rates as `esc_status`, of ESCs that send telemetry: bidirectional DShot (`DSHOT_BIDIR_EN`), a telemetry wire \
+             (`DSHOT_TEL_CFG`) or DroneCAN",
+        ),
+        (
+            &DataFlash,
+            "; ArduPilot logs the rates as `ESC`, of ESCs that send telemetry: bidirectional DShot (`SERVO_BLH_BDMASK`), a telemetry wire \
+             or DroneCAN",
+        ),
+    ];
+    known.iter().find(|(known, _)| known.name() == format).map_or("", |(_, instead)| instead)
+}
+
 /// Which rates read nothing but 0, and what to name where another column has them.
 fn dead_rates(finding: &Finding) -> String {
     let (dead, instead) = (finding.texts("dead"), finding.texts("instead"));
@@ -221,7 +247,11 @@ fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
             own_channels(finding)
         ),
         "no_rotor_columns" => {
-            format!("it has no command_N with a propeller_rate_N_rad_s beside it; it holds {}", holds())
+            let instead = rates_of(finding.text("format"));
+            format!(
+                "it has no command_N with a propeller_rate_N_rad_s beside it; it holds {}{instead}",
+                holds()
+            )
         }
         "no_rate_under_command" => {
             format!("no rate was measured while a rotor ran under a known command{}", dead_rates(finding))
@@ -238,8 +268,8 @@ fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::report::findings::sentence;
-    use crate::screening::Finding;
 
     #[test]
     fn a_finding_names_its_log_and_its_rotor() {
@@ -281,6 +311,22 @@ mod tests {
         let said = sentence(&dead.with("instead", texts("motor_electrical_speed_rpm")));
         let moves = "reads 0 throughout, and `motor_electrical_speed_rpm` does not: if it is the rate, the mapping names its column";
         assert!(said.contains(moves), "{said}");
+    }
+
+    #[test]
+    fn a_flight_without_rates_says_what_makes_its_controller_log_them() {
+        let said = |format: &'static str| {
+            let finding = Finding::new("log_not_used", "").with("reason", "no_rotor_columns");
+            sentence(&finding.with("columns", vec!["command_1".to_owned()]).with("format", format))
+        };
+        for (format, words) in [
+            (Betaflight.name(), "`set dshot_bidir = ON`, `set blackbox_disable_rpm = OFF`"),
+            (Ulog.name(), "as `esc_status`, of ESCs that send telemetry"),
+            (DataFlash.name(), "as `ESC`, of ESCs that send telemetry"),
+        ] {
+            assert!(said(format).contains(words), "{}", said(format));
+        }
+        assert!(said("").ends_with("it holds command_1"), "{}", said(""));
     }
 
     #[test]
