@@ -7,7 +7,7 @@ mod words;
 
 use serde::Serialize;
 
-use meanings::{MEANINGS, Meaning};
+use meanings::{GROWING, MEANINGS, Meaning};
 pub use near::{is_divided_by_poles, meant_by, possible_command};
 use words::{Words, measures, weight};
 
@@ -79,8 +79,12 @@ pub struct GuessedColumn {
 /// rotor's own turns reads nothing but zero.
 #[must_use]
 pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
-    let counts_from_zero = columns.iter().any(|column| Words::of(&column.name).number == Some(0));
-    let mut meant: Vec<_> = columns.iter().map(|column| meant(column, counts_from_zero)).collect();
+    let words: Vec<Words> = columns.iter().map(|column| Words::of(&column.name)).collect();
+    let counts_from_zero = words.iter().any(|words| words.number == Some(0));
+    let of = |(column, own): (&SampledColumn, &Words)| {
+        meant(column, counts_from_zero).filter(|_| !words.iter().any(|other| own.is_letter_and(other)))
+    };
+    let mut meant: Vec<_> = columns.iter().zip(&words).map(of).collect();
     leave_out_idle(&mut meant);
     let both = || meant.iter().flatten();
     let reads = |signal: &str| both().any(|it| it.signal == signal && !it.reads_zero);
@@ -199,7 +203,7 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     if is_of_rotor && words.has_part_name || meaning.signal != columns::TIME && words.is_of_unknown_unit {
         return None;
     }
-    if column.values.iter().all(|value| value.is_nan()) {
+    if column.values.iter().all(|value| value.is_nan()) || is_named_time_alone(meaning, &words, column) {
         return None;
     }
     if meaning.signal == columns::ANY_COMMAND {
@@ -225,6 +229,15 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
         (None, Some(unit)) => Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::UnitGuessed)),
         (None, None) => None,
     }
+}
+
+/// Whether a word that means time in one language and something else in another stands over values that do not grow.
+fn is_named_time_alone(meaning: &Meaning, words: &Words, column: &SampledColumn) -> bool {
+    let mut steps = column.values.windows(2).map(|pair| pair[1] - pair[0]);
+    let falls = steps.clone().any(|step| step < 0.0);
+    meaning.signal == columns::TIME
+        && GROWING.iter().any(|word| words.has(word))
+        && (falls || !steps.any(|step| step > 0.0))
 }
 
 /// Whether it is a command as the length of a pulse.

@@ -21,12 +21,27 @@ pub(super) struct Meaning {
     pub units: &'static [(f64, &'static str)],
 }
 
+/// Words that mean time in one language and something else in another: where the values grow.
+pub(super) const GROWING: [&str; 3] = ["tempo", "tiempo", "temps"];
+
 /// The meanings, in the order in which they are asked.
 pub(super) const MEANINGS: &[Meaning] = &[
     Meaning {
         signal: columns::TIME,
         si: "s",
-        words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts", "ms_today"],
+        words: &[
+            "time",
+            "t",
+            "timestamp",
+            "zeit",
+            "seconds",
+            "clock",
+            "ts",
+            "ms_today",
+            GROWING[0],
+            GROWING[1],
+            GROWING[2],
+        ],
         with: &[],
         without: &["constant", "step"],
         by_unit: false,
@@ -91,7 +106,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         si: "rad",
         words: &["angle", "theta", "attitude", "pitch", "roll", "winkel", "angulo", "ángulo"],
         with: &[],
-        without: &["rate", "command", "setpoint", "reference"],
+        without: &["rate", "command", "setpoint", "reference", "u", "w"],
         by_unit: false,
         units: &[(THRESHOLDS.guess_body_angle, "rad"), (f64::INFINITY, "deg")],
     },
@@ -114,6 +129,9 @@ pub(super) const MEANINGS: &[Meaning] = &[
             "counts",
             "ticks",
             "pulses",
+            "yaw",
+            "pitch",
+            "roll",
         ],
         by_unit: true,
         units: &[(THRESHOLDS.guess_propeller_rate, "rad/s"), (f64::INFINITY, "rpm")],
@@ -133,7 +151,18 @@ pub(super) const MEANINGS: &[Meaning] = &[
         si: "-",
         words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
         with: &[],
-        without: &["speed", "power", "efficiency", "servo", "torque", "collective", "vibration"],
+        without: &[
+            "speed",
+            "power",
+            "efficiency",
+            "servo",
+            "torque",
+            "collective",
+            "vibration",
+            "yaw",
+            "pitch",
+            "roll",
+        ],
         by_unit: false,
         units: &[],
     },

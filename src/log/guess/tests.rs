@@ -235,6 +235,36 @@ fn the_rate_of_a_body_without_one_is_the_slope_of_its_angle() {
 }
 
 #[test]
+fn time_is_known_in_other_languages_where_it_grows() {
+    for (name, values, unit, certainty) in [
+        ("tempo_us", [0.0, 10_000.0, 20_000.0], "us", Certainty::Named),
+        ("tempo_ms", [12.0, 22.0, 32.0], "ms", Certainty::Named),
+        ("Tempo_s", [0.0, 0.01, 0.02], "s", Certainty::Named),
+        ("Tiempo ", [-0.4, -0.38, -0.36], "s", Certainty::UnitGuessed),
+        ("Zeit", [0.0, 10.0, 20.0], "ms", Certainty::UnitGuessed),
+        ("temps (s)", [0.0, 0.01, 0.02], "s", Certainty::Named),
+    ] {
+        is(&guess_of(&[(name, &values)])[0], "time_s", unit, certainty);
+    }
+    for (name, values) in [("temps", [31.0, 30.0, 32.0]), ("tempo_s", [0.5, 0.5, 0.5])] {
+        assert_eq!(guess_of(&[(name, &values)])[0].2, Certainty::Unknown, "{name}");
+    }
+}
+
+/// A helicopter with two degrees of freedom: voltages and rates beside the angles of the same names.
+#[test]
+fn a_letter_before_another_columns_name_is_something_else_of_it() {
+    let names = ["Tiempo ", "U_YAW", "U_PITCH", "W_YAW", "W_PITCH", "YAW", "PITCH"];
+    let columns = names.map(|name| (name, [0.0, 0.02, 0.04]));
+    let found = guess_of(&columns.each_ref().map(|(name, values)| (*name, &values[..])));
+    let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+    assert_eq!(signals, ["time_s", "u_yaw", "u_pitch", "w_yaw", "w_pitch", "yaw", "body_angle_rad"]);
+    // Also without the angle beside it, a voltage and a rate of an axis are no angle and no propeller's rate.
+    let found = guess_of(&[("U_PITCH", &[0.1, 0.2]), ("W_YAW", &[0.1, 0.2])]);
+    assert!(found.iter().all(|it| it.2 == Certainty::Unknown), "{found:?}");
+}
+
+#[test]
 fn the_name_of_a_probe_is_no_number_of_a_rotor() {
     let found = guess_of(&[("4N76 Temp", &[25.0]), ("motor 2 temp", &[30.0]), ("rpm3", &[900.0])]);
     assert_eq!(found[0].2, Certainty::Unknown, "{found:?}");

@@ -84,6 +84,13 @@ impl Words {
         self.has("electrical_speed") && !self.is_electrical()
     }
 
+    /// Whether it is a letter of a formula before the words of another column: `W_YAW` beside `YAW` is something else of it.
+    pub fn is_letter_and(&self, other: &Self) -> bool {
+        let is_letter = |word: &String| word.chars().count() == 1;
+        !other.words.is_empty()
+            && self.words.split_first().is_some_and(|(first, rest)| is_letter(first) && rest == other.words)
+    }
+
     /// Whether this word says that, and nothing more.
     pub fn is_electrical_by(&self, word: &str) -> bool {
         word == "electrical" && (self.is_electrical() || self.is_by_poles())
