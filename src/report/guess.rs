@@ -1,12 +1,13 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
 use super::TextTable;
+use crate::estimation::quantile::median;
 use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command};
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
 use crate::signal::columns;
-use crate::unit::short;
+use crate::unit::{Unit, short};
 
 /// How sure a guess is, in words.
 #[must_use]
@@ -83,7 +84,27 @@ pub fn text(guessed: &GuessedLog) -> String {
             columns::BODY_RATE
         );
     }
-    text + &of_rates(guessed) + &without_command(guessed)
+    text + &of_levels(&guessed.columns) + &of_rates(guessed) + &without_command(guessed)
+}
+
+/// What to do where the rows are so far apart that each may be a level of a thrust stand.
+fn of_levels(guessed: &[GuessedColumn]) -> String {
+    let is_of_rotor =
+        |it: &GuessedColumn| columns::is_command(&it.signal) || columns::is_propeller_rate(&it.signal);
+    let time =
+        guessed.iter().find(|it| it.signal == columns::TIME).filter(|_| guessed.iter().any(is_of_rotor));
+    let step = time.and_then(|time| {
+        let unit = Unit::parse(&time.unit, "s").ok()?;
+        median(time.samples.windows(2).map(|pair| unit.to_si(pair[1]) - unit.to_si(pair[0])))
+    });
+    match step.filter(|step| *step > THRESHOLDS.slow_rows) {
+        Some(step) => format!(
+            "Rows are {} s apart. If each is a level at which the rotor had settled (a thrust stand's table), the mapping has \
+             `levels = true` in [time], in place of `column` and `unit`\n",
+            short((10.0 * step).round() / 10.0)
+        ),
+        None => String::new(),
+    }
 }
 
 /// What to look at where the sensor of a rotor's rate reads nothing but 0, or a stand's electrical speed is the only rate.
@@ -126,7 +147,14 @@ fn without_command(guessed: &GuessedLog) -> String {
     if guessed.mapping.signal.iter().any(|signal| drives(&signal.name)) {
         return String::new();
     }
-    match possible_command(&guessed.columns) {
+    let is_of_body = |name: &str| [columns::BODY_ANGLE, columns::BODY_RATE].contains(&name);
+    let body = if guessed.mapping.signal.iter().any(|signal| is_of_body(&signal.name)) {
+        "What turns a body may be made of several columns, in the mapping: `torque_command_nm` with `columns`, `combine = \"sum\"` and \
+         `weights`\n"
+    } else {
+        ""
+    };
+    let asks = match possible_command(&guessed.columns) {
         Some((column, unit)) => format!(
             "No command was recognised. If `{column}` is it: `--column '{column}=command_1:{unit}'`\n"
         ),
@@ -135,7 +163,8 @@ fn without_command(guessed: &GuessedLog) -> String {
                  `--column 'COLUMN=command_1:%'`\n"
                 .to_owned()
         }
-    }
+    };
+    asks + body
 }
 
 /// What to do with a guess.
@@ -208,6 +237,12 @@ mod tests {
         assert!(said.contains(asks), "{said}");
         let said = text(&guessed("t (s),Foo,eRPM\n0,10,42000\n0.1,20,63000\n"));
         assert!(said.contains("`--column 'COLUMN=command_1:%'`"), "{said}");
+        assert!(!said.contains("torque_command_nm"), "{said}");
+        let said = text(&guessed("time,pitch,m1,m2\n0,1,10,20\n0.1,2,20,20\n"));
+        assert!(
+            said.contains("`torque_command_nm` with `columns`, `combine = \"sum\"` and `weights`"),
+            "{said}"
+        );
         let said = text(&guessed("t (s),throttle [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
         assert!(!said.contains("No command"), "{said}");
     }
@@ -258,5 +293,17 @@ mod tests {
         assert!(file.contains("# no column holds the body's rate"), "{file}");
         let config: MappingConfig = toml::from_str(&file).expect("a mapping");
         assert_eq!(config.signal.iter().filter(|it| it.slope).count(), 1);
+    }
+
+    #[test]
+    fn rows_seconds_apart_are_asked_about() {
+        let rows = |step: f64| {
+            text(&guessed(&format!(
+                "t (s),throttle [%],rpm\n0,10,420\n{step},20,630\n{},30,700\n",
+                2.0 * step
+            )))
+        };
+        assert!(rows(1.7).contains("Rows are 1.7 s apart. If each is a level"), "{}", rows(1.7));
+        assert!(!rows(0.1).contains("apart"), "{}", rows(0.1));
     }
 }

@@ -23,6 +23,8 @@ crate::thresholds! {
     shown_modulus: f64 = 1e-3, "-", "judgement";
     /// share of the crossover frequency below which no margin depends on the loop, and it is not drawn
     shown_from: f64 = 0.05, "-", "judgement";
+    /// rows of a foreign log further apart than this may each be a level of a thrust stand, which is asked about
+    slow_rows: f64 = 0.5, "s", "judgement: no log that shows how a rotor follows is so slow";
     /// a guessed scale of a command below this is DShot's, 1/1999
     dshot_scale: f64 = 1e-3, "-", "DShot and the usual PWM have 1/1999 and 1/1000";
     /// a curve breaks over a longer gap

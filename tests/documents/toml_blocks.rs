@@ -104,8 +104,16 @@ fn columns(mapping: &str) -> (String, Vec<&str>) {
         line.strip_prefix(key)?.strip_prefix(" = \"")?.split('"').next().map(str::to_owned)
     };
     let delimiter = mapping.lines().find_map(|line| value("delimiter", line));
-    let columns = mapping.lines().filter_map(|line| line.strip_prefix("column = \"")?.split('"').next());
-    (delimiter.unwrap_or_else(|| ",".to_owned()), columns.collect())
+    let names =
+        mapping.lines().filter(|line| line.starts_with("column = ") || line.starts_with("columns = ["));
+    let mut columns: Vec<&str> = Vec::new();
+    // Between quotes stands every second part of a line.
+    for column in names.flat_map(|line| line.split('"').skip(1).step_by(2)) {
+        if !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    (delimiter.unwrap_or_else(|| ",".to_owned()), columns)
 }
 
 /// Each reads a log with the columns that it names; `#4` is the fourth of a log without a header.
