@@ -20,7 +20,9 @@ crate::thresholds! {
     /// from so many readings on a fit goes on a part of them first
     long_log: usize = 30_000, "count", "times of long synthetic logs";
     /// rows that a search goes over at least: of logs with more than twice as many it sees stretches
-    searched_rows: usize = 30_000, "count", "times of long synthetic logs";
+    searched_rows: usize = 20_000, "count", "times of long logs, real ones among them";
+    /// rows of each of several rotors that a search goes over at least
+    searched_rows_of_each: usize = 8_000, "count", "times and answers of a public log of four motors: the same as of 30,000 rows";
     /// a search goes over one row in so many of a very long log, as far as `most_searched_rows`
     searched_share: usize = 30, "count", "times of long synthetic logs";
     /// rows that a search goes over at most

@@ -24,10 +24,11 @@ pub fn diagnose_each(
     job: &Job,
 ) -> Result<RotorDiagnoses, SessionError> {
     let mut found = Vec::new();
+    let config = config.of_each(rotors.len());
     for (index, rotor) in rotors.iter().copied().enumerate() {
         job.report(Progress::Step { name: &format!("rotor {rotor}"), number: index + 1, of: rotors.len() });
         let [train, validate] = [train, validate].map(|logs| of_rotors(logs, &[rotor]));
-        let diagnosis = super::diagnose::search(model, &train, &validate, config, job)?;
+        let diagnosis = super::diagnose::search(model, &train, &validate, &config, job)?;
         found.push(RotorDiagnosis { rotor, diagnosis });
     }
     let finding = body_left_out(train, rotors);
