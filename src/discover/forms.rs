@@ -186,7 +186,9 @@ pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<LawTerm> {
             THRESHOLDS.plays.iter().map(|share| term("play", "(play($x,$a)-$x)", play(share))).collect()
         }
         Site::Torque => {
-            THRESHOLDS.plays.iter().map(|share| term("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
+            let plays =
+                THRESHOLDS.plays.iter().map(|share| term("hysteresis", "(play($x,$a)-$x)", play(share)));
+            plays.chain(relays(channel)).collect()
         }
         Site::SteadyRate => {
             let lag = |span: &f64| Inner {
@@ -196,10 +198,29 @@ pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<LawTerm> {
                 bounds: THRESHOLDS.lag_spans_within_s,
                 unit: "s".to_owned(),
             };
-            THRESHOLDS.lag_spans_s.iter().map(|span| term("creep", "(lag($x,$a)-$x)", lag(span))).collect()
+            let lags = THRESHOLDS.lag_spans_s.iter();
+            lags.map(|span| term("creep", "(lag($x,$a)-$x)", lag(span))).chain(relays(channel)).collect()
         }
         _ => Vec::new(),
     }
+}
+
+/// Two levels, one of which holds from a threshold on until the channel is back at another one.
+fn relays(channel: &LawInput) -> impl Iterator<Item = LawTerm> {
+    let (low, range) = (channel.low, channel.range());
+    let place = move |share: f64| {
+        inner('b', (low + share * range, 0.05 * range), (low, channel.high), (channel, 1.0))
+    };
+    let width =
+        move |share: f64| inner('a', sized(share * range), (1e-4 * range, 0.5 * range), (channel, 1.0));
+    let relay = move |(at, half): (f64, f64)| LawTerm {
+        form: "relay",
+        parts: vec![part("relay($x-$b,$a)", 0.0, 0.0)],
+        inner: vec![width(half), place(at)],
+        channels: vec![channel.clone()],
+    };
+    let places = THRESHOLDS.places.into_iter();
+    places.flat_map(|at| THRESHOLDS.relays.map(|half| (at, half))).map(relay)
 }
 
 #[cfg(test)]

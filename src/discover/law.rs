@@ -127,7 +127,12 @@ impl LawTerm {
 
     /// Whether it remembers.
     pub fn remembers(&self) -> bool {
-        ["play", "creep", "hysteresis"].contains(&self.form)
+        ["play", "creep", "hysteresis", "relay"].contains(&self.form)
+    }
+
+    /// Whether it jumps at its inner numbers: no slope leads a fit to them.
+    pub fn jumps(&self) -> bool {
+        self.form == "relay"
     }
 
     /// Whether it swings along its channel.

@@ -75,6 +75,8 @@ crate::thresholds! {
     most_lines_tried: usize = 6000, "count", "times of long logs";
     /// times that each number inside a formula is moved before the whole simulation refits it
     inner_rounds: usize = 3, "count", "judgement";
+    /// the same of one that jumps there, which no fit moves any further
+    jump_rounds: usize = 6, "count", "from a twentieth of the range to a five-thousandth";
     /// factor by which each number inside a formula is moved less far than the time before
     inner_shrink: f64 = 3.0, "-", "judgement";
     /// how far beyond the visited range formulas are held against each other, over that range
@@ -89,6 +91,8 @@ crate::thresholds! {
     warm_ups: [f64; 3] = [0.05, 0.15, 0.4], "-", "judgement: a factor of some three apart";
     /// widths of the library's plays over a channel's range
     plays: [f64; 7] = [0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35], "-", "judgement: a factor of some two apart";
+    /// half of the way between the two thresholds of the library's relays over a channel's range
+    relays: [f64; 4] = [0.03, 0.08, 0.16, 0.3], "-", "judgement: a factor of two apart";
     /// time constants, in the library, of what follows a command late, beside the rotor's own
     lag_spans_s: [f64; 5] = [0.03, 0.15, 0.6, 2.5, 10.0], "s", "judgement: a factor of four to five apart";
     /// shortest and longest time constant of what follows a command late that a fit may come to

@@ -133,7 +133,7 @@ impl Expression {
     pub fn at(self, site: Site) -> Result<Self, ExpressionError> {
         if self.remembers() && !site.lets_expressions_remember() {
             let reason = format!(
-                "`play` and `lag` are known at `command`, `steady_rate` and `torque`, and not at `{}`",
+                "`play`, `lag` and `relay` are known at `command`, `steady_rate` and `torque`, and not at `{}`",
                 site.name()
             );
             return Err(ExpressionError::about(&self.text, 0, reason));

@@ -16,14 +16,27 @@ pub(super) enum Remembering {
     Play,
     /// A first-order lag with the number [s] as its time constant.
     Lag,
+    /// A relay: one beyond the number, minus one beyond its negative, and between them what it was.
+    Relay,
 }
 
 impl Remembering {
+    /// What it holds where `value` has lasted; a relay between its thresholds is where it would be without any.
+    fn at_rest(self, value: f64) -> f64 {
+        match self {
+            Self::Play | Self::Lag => value,
+            Self::Relay => value.signum(),
+        }
+    }
+
     /// What it holds `span` [s] later, while `value` holds.
     fn after(self, held: f64, value: f64, number: f64, span: f64) -> f64 {
         match self {
             Self::Play => held.max(value - number.abs()).min(value + number.abs()),
             Self::Lag => held + (value - held) * step_response(number.abs().recip(), span),
+            Self::Relay if value > number.abs() => 1.0,
+            Self::Relay if value < -number.abs() => -1.0,
+            Self::Relay => held,
         }
     }
 }
@@ -132,7 +145,7 @@ impl Program {
 
     /// What it remembers in the steady state.
     pub fn memory_at_rest(&self, parameters: &[f64], point: &Point) -> f64 {
-        self.followed(parameters, point).map_or(0.0, |(_, value, _)| value)
+        self.followed(parameters, point).map_or(0.0, |(kind, value, _)| kind.at_rest(value))
     }
 
     /// What it remembers `span` [s] after it remembered `held`, the point held.
@@ -141,7 +154,7 @@ impl Program {
         followed.map_or(held, |(kind, value, number)| kind.after(held, value, number, span))
     }
 
-    /// [1/s] how fast it may forget; none of a play, which does not care for time.
+    /// [1/s] how fast it may forget; none of a play or a relay, which do not care for time.
     pub fn memory_rate(&self, parameters: &[f64]) -> f64 {
         match self.followed(parameters, &Point::default()) {
             Some((Remembering::Lag, _, number)) => number.abs().recip(),
@@ -182,7 +195,7 @@ fn run<const SIZE: usize>(operations: &[Operation], parameters: &[f64], point: &
                     Operation::Multiply => under * top,
                     Operation::Divide => under / top,
                     Operation::Binary(function) => function(under, top),
-                    Operation::Remember(_) => point.memory.unwrap_or(under),
+                    Operation::Remember(kind) => point.memory.unwrap_or_else(|| kind.at_rest(under)),
                     _ => under.powf(top),
                 };
                 continue;

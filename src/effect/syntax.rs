@@ -37,7 +37,8 @@ const UNARY: &[(&str, Unary)] = &[
 /// Functions of two.
 const BINARY: &[(&str, Binary)] = &[("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
 /// Functions of a value and a number that remember.
-const REMEMBERING: &[(&str, Remembering)] = &[("play", Remembering::Play), ("lag", Remembering::Lag)];
+const REMEMBERING: &[(&str, Remembering)] =
+    &[("play", Remembering::Play), ("lag", Remembering::Lag), ("relay", Remembering::Relay)];
 /// Numbers with a name; a parameter of that name goes before.
 const CONSTANTS: &[(&str, f64)] = &[
     ("pi", std::f64::consts::PI),
@@ -79,9 +80,10 @@ pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> R
         None if !reader.compiled.program.fits() => Err((0, "too much within each other".to_owned())),
         None => Ok(reader.compiled),
         Some((column, Token::Sign(')'))) => Err((column, "this bracket closes nothing".to_owned())),
-        Some((column, Token::Sign(','))) => {
-            Err((column, "a comma stands between two values of min, max, atan2, play or lag".to_owned()))
-        }
+        Some((column, Token::Sign(','))) => Err((
+            column,
+            "a comma stands between two values of min, max, atan2, play, lag or relay".to_owned(),
+        )),
         Some((column, _)) => Err((column, "an operator is missing before this".to_owned())),
     }
 }
@@ -280,7 +282,7 @@ impl Reader<'_> {
             self.emit(Operation::Unary(*unary));
         } else if let Some(operation) = of_two(function) {
             if matches!(operation, Operation::Remember(_)) && self.compiled.program.remembers() {
-                return Err((column, "one play or lag is all that a law may have".to_owned()));
+                return Err((column, "one play, lag or relay is all that a law may have".to_owned()));
             }
             self.sum()?;
             if self.take(",").is_none() {
@@ -305,9 +307,10 @@ impl Reader<'_> {
                 self.at += 1;
                 Ok(())
             }
-            Some((column, Token::Sign(','))) => {
-                Err((*column, "a comma stands between two values of min, max, atan2, play or lag".to_owned()))
-            }
+            Some((column, Token::Sign(','))) => Err((
+                *column,
+                "a comma stands between two values of min, max, atan2, play, lag or relay".to_owned(),
+            )),
             Some((column, _)) => Err((*column, "an operator is missing before this".to_owned())),
         }
     }

@@ -54,6 +54,9 @@ fn kind(form: &str) -> &'static str {
         "hysteresis" => {
             "a force that builds up over a way, stays there, and turns with the motion: hysteresis"
         }
+        "relay" => {
+            "a relay: two levels, and which of them holds between its thresholds is from where it came"
+        }
         "creep" => "a part of the command that follows late",
         "line" => "a swing of one frequency, whatever the channels do",
         "product" | "product_of_square" | "product_of_absolute" => "a product of two channels",

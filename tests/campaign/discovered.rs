@@ -10,7 +10,7 @@ use crate::case::Question;
 use crate::catalogue::Kind;
 use crate::law_score::{judge, line, tables};
 use crate::laws::FAMILIES;
-use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
+use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE, RELAY};
 
 /// Strengths of each law.
 const STRENGTHS: u64 = 5;
@@ -29,6 +29,10 @@ pub fn questions(draws: u64) -> Vec<Question> {
         out.extend(Question::singles());
         for kind in [Kind::Actuator, Kind::Attitude] {
             out.extend((0..5).map(|_| Question::Nothing(kind)));
+        }
+        // Behind the others, whose seeds stay as they were.
+        for kind in [Kind::Actuator, Kind::Attitude] {
+            out.extend((0..STRENGTHS).map(|_| Question::Outside(RELAY, kind)));
         }
     }
     out

@@ -21,11 +21,16 @@ pub struct Log(BTreeMap<String, Vec<f64>>);
 
 impl Log {
     pub fn read(path: &Path) -> Result<Self, Box<dyn Error>> {
+        Self::read_every(path, ROWS)
+    }
+
+    /// One row in so many.
+    pub fn read_every(path: &Path, rows: usize) -> Result<Self, Box<dyn Error>> {
         let text = fs::read_to_string(path)?;
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
         let mut columns: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-        for line in lines.step_by(ROWS) {
+        for line in lines.step_by(rows) {
             for (name, cell) in names.iter().zip(line.split(',')) {
                 columns.entry((*name).to_owned()).or_default().push(cell.parse().unwrap_or(f64::NAN));
             }
@@ -126,6 +131,31 @@ pub fn is_form(answer: &Value, family: &Family, numbers: &Numbers, log: &Log) ->
         && rms(&beside(&difference, &taken_up)) <= SAME * rms(&beside(&truth, &taken_up))
 }
 
+/// Share of the rows in which a relay's level may be the other one: noise of the angle, and thresholds between two commands.
+const OTHER_LEVEL: f64 = 0.05;
+
+/// Whether the answer's formula is a relay over `column` that adds what the hidden one adds: half the distance of the levels, the
+/// middle of its places, and half of what lies between these.
+pub fn is_relay(answer: &Value, numbers: &[f64], log: &Log, column: &str) -> bool {
+    let number = |name: &str| answer["parameters"][name]["value"].as_f64();
+    let said = (number("k"), number("b"), number("a"));
+    let (&[size, middle, half], (Some(k), Some(b), Some(a))) = (numbers, said) else { return false };
+    if answer["forms"] != serde_json::json!(["relay"]) {
+        return false;
+    }
+    let [hidden, found] = [(middle, half), (b, a.abs())].map(|(middle, half)| {
+        let mut level = (log.at(column, 0) - middle).signum();
+        let rows = (0..log.rows()).map(|row| {
+            let beyond = log.at(column, row) - middle;
+            level = if beyond.abs() > half { beyond.signum() } else { level };
+            level
+        });
+        rows.collect::<Vec<f64>>()
+    });
+    let others = hidden.iter().zip(&found).filter(|(hidden, found)| hidden != found).count();
+    (k / size - 1.0).abs() <= SAME && others as f64 <= OTHER_LEVEL * log.rows() as f64
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -166,5 +196,19 @@ mod tests {
         let torque =
             "k*signum(body_angle)*max(abs(body_angle)-a,0)+q*(propeller_rate_1^2-propeller_rate_2^2)";
         assert!(is_right(answer(torque, &[("a", 0.3), ("k", -5.0), ("q", 1e-6)])));
+    }
+
+    #[test]
+    fn a_relay_is_right_by_its_levels_and_where_they_change() {
+        let hidden = [0.05, 0.02, 0.1];
+        let is_right = |k: f64, b: f64, a: f64| {
+            let mut said = answer("k*relay(body_angle-b,a)", &[("k", k), ("b", b), ("a", a)]);
+            said["forms"] = json!(["relay"]);
+            is_relay(&said, &hidden, &log(), "body_angle_rad")
+        };
+        assert!(is_right(0.05, 0.02, 0.1) && is_right(0.052, 0.021, -0.101));
+        assert!(!is_right(0.04, 0.02, 0.1), "a fifth too weak");
+        assert!(!is_right(0.05, 0.02, 0.2), "it changes later");
+        assert!(!is_relay(&answer("k", &[("k", 0.05)]), &hidden, &log(), "body_angle_rad"), "no relay");
     }
 }

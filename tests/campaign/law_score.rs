@@ -6,11 +6,16 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::answer::Answer;
-use crate::form::{Log, SAME, is_form};
+use crate::form::{Log, SAME, is_form, is_relay};
 use crate::laws::{Family, Numbers, family};
 
 /// The law with a memory that has a formula.
 const BACKLASH: &str = "backlash";
+/// Relays by name, with the site and channel of each.
+const RELAYS: [(&str, &str, &str); 2] = [
+    ("relay over the command", "steady_rate", "command"),
+    ("relay over the angle", "torque", "body_angle_rad"),
+];
 /// Held-out error over the noise floor that counts as explained.
 const NEAR: f64 = 1.5;
 
@@ -75,6 +80,19 @@ impl Found {
         self.form = self.formula && is_play && near(number("a"), width) && near(number("k"), 1.0);
     }
 
+    /// How it stands to a hidden relay: both levels, and the level in nearly every row.
+    fn beside_relay(&mut self, json: &Value, numbers: &Value, folder: &Path) -> Result<(), Box<dyn Error>> {
+        self.is_law = true;
+        let (site, channel) =
+            RELAYS.iter().find(|(name, ..)| *name == self.truth).map_or(("", ""), |it| (it.1, it.2));
+        self.place(json, site, &[channel.to_owned()]);
+        let own: Vec<f64> = numbers.as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
+        let log = Log::read_every(&folder.join("train.csv"), 1)?;
+        let column = if site == "torque" { channel } else { "command_1" };
+        self.form = self.formula && self.site && is_relay(json, &own, &log, column);
+        Ok(())
+    }
+
     /// How it stands to the hidden law.
     fn beside(
         &mut self,
@@ -135,6 +153,9 @@ pub fn judge(name: &str, truth: &Value, folder: &Path, answer: &Answer) -> Resul
     found.read(json);
     if law == BACKLASH {
         found.beside_play(json, &truth["parameters"]["numbers"]);
+    }
+    if RELAYS.iter().any(|(name, ..)| *name == law) {
+        found.beside_relay(json, &truth["parameters"]["numbers"], folder)?;
     }
     let Some(family) = family(law) else { return Ok(found) };
     found.beside(family, json, &truth["parameters"]["numbers"], folder)?;

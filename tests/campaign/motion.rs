@@ -59,6 +59,8 @@ pub struct Motion<'a> {
     /// Steady rate behind the slew limit.
     slewed: [f64; 2],
     play: [f64; 2],
+    /// The level of a relay, one or minus one.
+    level: f64,
     /// Torque of the rotors over time, for a delayed torque.
     torques: VecDeque<(f64, f64)>,
     /// Commands by sample, for a delayed command.
@@ -85,6 +87,11 @@ impl<'a> Motion<'a> {
             state: [0.0; STATES],
             slewed: [HOVER_RATE; 2],
             play: first.0,
+            level: if let Outside::Relay([_, middle, _]) = hidden.outside {
+                (if body { 0.0 } else { first.0[0] } - middle).signum()
+            } else {
+                0.0
+            },
             torques: VecDeque::new(),
             commands: Vec::new(),
             period,
@@ -131,7 +138,11 @@ impl<'a> Motion<'a> {
         // Of what the motor gets the whole curve is a function, its cubic part among it.
         let curve = self.base.steady_rate(motor) + h.static_cubic * (motor - HOVER_COMMAND).powi(3);
         let bent = curve - drop + h.static_offset;
-        let extra = if matches!(h.outside, Outside::RatePath(_)) { path } else { 0.0 };
+        let extra = match h.outside {
+            Outside::RatePath(_) => path,
+            Outside::Relay([size, ..]) if !self.body => size * self.level,
+            _ => 0.0,
+        };
         let seen = Seen { command: u, voltage, time, ..Seen::default() };
         bent * (1.0 - h.motor_heating[0] * heat) + extra + h.outside.at("steady_rate", &seen)
     }
@@ -178,6 +189,7 @@ impl<'a> Motion<'a> {
         let mut memory = 0.0;
         match h.outside {
             Outside::TorquePath(_) => torque += path,
+            Outside::Relay([size, ..]) => torque += size * self.level,
             Outside::Cogging(size, teeth) => torque += size * (teeth * angle).sin(),
             Outside::StickSlip([level, breakaway, stiffness]) => {
                 let limit = level * (1.0 + (breakaway - 1.0) * (-(q / 0.1).powi(2)).exp());
@@ -288,6 +300,17 @@ impl<'a> Motion<'a> {
         }
         self.slewed = z;
         self.time += h;
+        if self.body {
+            self.switch(self.state[ANGLE]);
+        }
+    }
+
+    /// The relay's level after it has seen `value`.
+    fn switch(&mut self, value: f64) {
+        let Outside::Relay([_, middle, half]) = self.hidden.outside else { return };
+        if (value - middle).abs() > half {
+            self.level = (value - middle).signum();
+        }
     }
 
     /// What the sensors would show now.
@@ -326,6 +349,9 @@ impl<'a> Motion<'a> {
             self.play = command;
         }
         self.commands.push(self.play);
+        if !self.body {
+            self.switch(command[0]);
+        }
         // The delayed command changes once inside the sample: integrate up to there and on from there.
         let behind = self.hidden.transport_delay / self.period;
         let whole = behind.floor() as usize;

@@ -13,6 +13,9 @@ use crate::plant::Outside;
 pub const OUTSIDE_ATTITUDE: usize = 7;
 pub const OUTSIDE_ACTUATOR: usize = 6;
 
+/// The number of a law for `discover` alone: a relay, of which the library has the formula.
+pub const RELAY: usize = 100;
+
 fn path(samples: usize, mut value: impl FnMut(usize) -> f64) -> Vec<f64> {
     (0..samples).map(&mut value).collect()
 }
@@ -57,6 +60,14 @@ pub fn outside(number: usize, kind: Kind, rng: &mut ChaCha8Rng) -> (&'static str
                 })),
             )
         }
+        (Kind::Attitude, RELAY) => (
+            "relay over the angle",
+            Outside::Relay([u(rng, 0.03, 0.1), u(rng, -0.05, 0.05), u(rng, 0.05, 0.12)]),
+        ),
+        (Kind::Actuator, RELAY) => (
+            "relay over the command",
+            Outside::Relay([u(rng, 6.0, 30.0), u(rng, 0.42, 0.52), u(rng, 0.03, 0.07)]),
+        ),
         (Kind::Attitude, 3) => ("cogging", Outside::Cogging(u(rng, 0.02, 0.09), u(rng, 25.0, 60.0))),
         (Kind::Attitude, 4) => {
             ("stick-slip", Outside::StickSlip([u(rng, 0.03, 0.08), u(rng, 2.0, 3.5), u(rng, 3.0, 10.0)]))

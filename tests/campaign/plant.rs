@@ -139,6 +139,9 @@ pub enum Outside {
     Resonance([f64; 3]),
     /// Play in the command path, half width [-].
     Backlash(f64),
+    /// Two levels of the steady rate by the command, or of the torque by the angle: half their distance [rad/s, N m], between which
+    /// two places the one that holds is where it came from: their middle, and half of what lies between [-, rad].
+    Relay([f64; 3]),
     /// The pole falls as the motor warms: share [-], time constant [s].
     WarmPole([f64; 2]),
 }
@@ -159,6 +162,7 @@ impl Outside {
             Self::Cogging(amplitude, teeth) => Some(vec![amplitude, teeth]),
             Self::Stops([angle, stiffness]) => Some(vec![stiffness, angle]),
             Self::Backlash(half_width) => Some(vec![half_width]),
+            Self::Relay(numbers) => Some(numbers.to_vec()),
             _ => None,
         }
     }
@@ -179,6 +183,7 @@ impl Outside {
             Self::Stops([angle, stiffness]) => Self::Stops([angle, factor * stiffness]),
             Self::Resonance([rate, damping, share]) => Self::Resonance([rate, damping, factor * share]),
             Self::Backlash(width) => Self::Backlash(factor * width),
+            Self::Relay([size, middle, half]) => Self::Relay([factor * size, middle, half]),
             Self::WarmPole([share, time]) => Self::WarmPole([factor * share, time]),
         }
     }

@@ -306,6 +306,27 @@ fn play_and_lag_remember() {
     assert!(!Expression::parse("k", &["k"]).expect("parses").remembers());
 }
 
+/// Above its threshold one, below the other minus one, and in between what it was; at rest by the sign.
+#[test]
+fn a_relay_is_between_its_thresholds_what_it_was() {
+    let at = |command: f64, memory: Option<f64>| Point { command, memory, ..Point::default() };
+    let relay = Expression::parse("k*relay(command-0.5,w)", &["k", "w"]).expect("parses");
+    for numbers in [[3.0, 0.1], [3.0, -0.1]] {
+        for (command, level) in [(0.55, 1.0), (0.45, -1.0), (0.9, 1.0)] {
+            assert_eq!(relay.memory_at_rest(&numbers, &at(command, None)), level, "{command}");
+            assert_eq!(relay.value(&numbers, &at(command, None)), 3.0 * level, "{command}");
+        }
+        let mut held = -1.0;
+        let way = [(0.58, -1.0), (0.61, 1.0), (0.41, 1.0), (0.5, 1.0), (0.39, -1.0), (0.59, -1.0)];
+        for (command, expected) in way {
+            held = relay.memory_after(&numbers, held, &at(command, None), 0.02);
+            assert_eq!(held, expected, "{command}");
+        }
+    }
+    assert_eq!(relay.memory_rate(&[3.0, 0.1]), 0.0);
+    assert_eq!(relay.value(&[3.0, 0.1], &at(0.5, Some(-1.0))), -3.0);
+}
+
 #[test]
 fn one_memory_is_all_that_a_law_has_where_it_may_have_one() {
     let twice = Expression::parse("k*play(command,k)+lag(command,k)", &["k"]).expect_err("two");
