@@ -34,8 +34,21 @@ pub struct PlaceShare {
     pub site: Site,
     /// What it looks at, by name in logs.
     pub channels: Vec<String>,
+    /// Whether it also looks at which way its channel went last.
+    pub by_direction: bool,
     /// Share of the held-out squared error above the noise that a smooth function of these explains.
     pub explained: f64,
+}
+
+/// Which way a channel went last.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ChannelDirection {
+    /// Upwards.
+    Rising,
+    /// Downwards.
+    Falling,
 }
 
 /// A point of a shape.
@@ -44,6 +57,8 @@ pub struct PlaceShare {
 pub struct ShapePoint {
     /// Value of each channel, in its SI unit.
     pub at: Vec<f64>,
+    /// Which way the channel went, of a function that looks at that, too.
+    pub direction: Option<ChannelDirection>,
     /// What is added there, in the shape's `unit`, but for a constant.
     pub value: f64,
     /// Of `value`; `None`: the data do not determine it, or the function leaves more than noise.
@@ -58,11 +73,13 @@ pub struct ShapePoint {
 pub struct Shape {
     /// Channels that it is a function of, by name in logs.
     pub channels: Vec<String>,
+    /// Whether it is one of which way its channel went last, too: hysteresis.
+    pub by_direction: bool,
     /// Share of the held-out squared error above the noise that it explains.
     pub explained: f64,
     /// SI unit of `value`.
     pub unit: String,
-    /// The function, knot by knot; it is straight between them.
+    /// The function, knot by knot; it is straight between them. Where it looks at the direction, all knots rising, then all falling.
     pub points: Vec<ShapePoint>,
 }
 

@@ -2,21 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, Shape, ShapePoint, TellApart};
-use super::channels::LawInput;
+use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, TellApart};
 use super::formula::{Formula, LawTask};
-use super::law::{CandidateLaw, LawTerm, unit_at};
+use super::law::{CandidateLaw, LawTerm};
 use super::places::PlaceScore;
 use super::search::BlockResult;
+use super::shape::{Shaped, along, centred, names, share};
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::assemble::{changed_parameters, error_summary, main_channel, merged};
 use crate::diagnose::diagnosis::{FoundParameter, TrainValidate};
-use crate::diagnose::model_selection::{floor, joint_floors};
 use crate::diagnose::search_result::SearchResult;
 use crate::diagnose::verdict::verdict;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict};
-use crate::effect::signals;
-use crate::effect::{Expression, Point, find};
+use crate::effect::find;
 use crate::model::Model;
 
 /// What the catalogue says, where there is nothing to discover.
@@ -181,25 +179,11 @@ fn of_shape(mut answer: Discovery, searched: &BlockResult, shape: Option<Shaped>
     answer
 }
 
-fn names<'a>(channels: impl Iterator<Item = &'a LawInput>) -> Vec<String> {
-    channels.map(|channel| channel.log.to_owned()).collect()
-}
-
-/// Share of the held-out squared error above the noise that a place explains.
-fn share(searched: &BlockResult, place: &PlaceScore) -> f64 {
-    let Some(without) = &searched.without else { return 0.0 };
-    let (split, start) = (searched.task.split(), searched.task.start);
-    let best = searched.formula.as_ref().map_or(start, |formula| &formula.fitted);
-    let noise = floor(split, &joint_floors(split, best)) / start.validate(split);
-    let room = 1.0 - noise.min(1.0);
-    let fall = 1.0 - place.score.held_out / without.held_out;
-    if room > 0.0 { (fall / room).clamp(0.0, 1.0) } else { 0.0 }
-}
-
 fn shares(searched: &BlockResult) -> Vec<PlaceShare> {
     let of = |place: &PlaceScore| PlaceShare {
         site: place.place.site,
         channels: names(place.place.channels.iter()),
+        by_direction: place.place.way.is_some(),
         explained: share(searched, place),
     };
     searched.places.iter().map(of).collect()
@@ -218,48 +202,11 @@ fn numbers(model: &Model, searched: &BlockResult, law: &CandidateLaw) -> BTreeMa
     law.user_effect(id, &coefficients).parameters.into_iter().map(of).collect()
 }
 
-/// What a law adds along one channel; `None` where it looks at others, or is not a number.
-fn along(law: &CandidateLaw, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
-    let channels = law.channels();
-    let [only] = channels[..] else { return None };
-    // What remembers is no function of where the channel is.
-    if law.terms.iter().any(LawTerm::remembers) {
-        return None;
-    }
-    let user = law.user_effect("law", coefficients);
-    let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
-    let numbers: Vec<f64> = user.parameters.iter().map(|it| it.start).collect();
-    let expression = Expression::parse(&user.expression, &names).ok()?;
-    let of = |value: &f64| {
-        let mut point = Point::default();
-        let place = match only.signal {
-            signals::TIME => &mut point.time,
-            signals::COMMAND => &mut point.command,
-            signals::BATTERY_VOLTAGE => &mut point.battery_voltage,
-            signals::PROPELLER_RATE => &mut point.propeller_rate,
-            signals::TORQUE => &mut point.torque,
-            signals::BODY_ANGLE => &mut point.body_angle,
-            signals::BODY_RATE => &mut point.body_rate,
-            _ => return None,
-        };
-        *place = *value;
-        let value = expression.value(&numbers, &point);
-        value.is_finite().then_some(value)
-    };
-    values.iter().map(of).collect()
-}
-
 /// Points along a range.
 const POINTS: usize = 101;
 
 fn spaced(from: f64, to: f64) -> Vec<f64> {
     (0..POINTS).map(|at| from + (to - from) * at as f64 / (POINTS - 1) as f64).collect()
-}
-
-/// Values about their mean: a constant is the base's own numbers' to take up.
-fn centred(values: &[f64]) -> Vec<f64> {
-    let centre = crate::estimation::moments::mean(values);
-    values.iter().map(|value| value - centre).collect()
 }
 
 /// The largest difference of two laws of one channel over a range, their means apart, as a share of what the first does there.
@@ -314,95 +261,6 @@ fn tell_apart(searched: &BlockResult, formula: &Formula) -> Option<TellApart> {
     let apart = |index: &usize| (one[*index] - two[*index]).abs();
     let most = (0..at.len()).max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
     Some(TellApart { channels: vec![channel.log.to_owned()], to: Some(at[most]) })
-}
-
-/// The smooth function at the place of the answer.
-struct Shaped<'a> {
-    place: &'a PlaceScore,
-    explained: f64,
-    variance: f64,
-}
-
-impl<'a> Shaped<'a> {
-    /// At the place of the formula where there is one, else where it explains most.
-    fn of(searched: &'a BlockResult) -> Option<Self> {
-        let is_of_formula = |place: &&PlaceScore| {
-            let signals: Vec<&str> = place.place.channels.iter().map(|it| it.signal).collect();
-            searched.formula.as_ref().is_none_or(|formula| {
-                let own: Vec<&str> = formula.law.channels().iter().map(|it| it.signal).collect();
-                formula.law.site == place.place.site
-                    && own.len() == signals.len()
-                    && own.iter().all(|name| signals.contains(name))
-            })
-        };
-        let place = searched.places.iter().find(is_of_formula)?;
-        let rows = place.score.residuals.iter().filter(|value| **value != 0.0).count();
-        let variance = place.score.held_out / rows.max(1) as f64;
-        Some(Self { place, explained: share(searched, place), variance })
-    }
-
-    /// The whole fit of the function: one step of Gauss and Newton finds it, and is off where the law is strong.
-    fn refit(&self, task: &LawTask) -> Option<Formula> {
-        task.refit(&self.place.law, &self.place.score.coefficients, &[])
-    }
-
-    /// Whether the function explains what there is.
-    fn is_near(&self, task: &LawTask, refitted: &Formula) -> bool {
-        task.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
-    }
-
-    /// Value and standard error at each knot, but for a constant. By how far one step was off the errors are wider: they are those of the
-    /// step. A function that leaves more than noise has none.
-    fn values(&self, refitted: Option<&Formula>, task: &LawTask) -> Vec<(f64, Option<f64>)> {
-        let score = &self.place.score;
-        let one = centred(&score.coefficients);
-        let error = |index: usize| (score.variances[index] * self.variance).sqrt();
-        let Some(refitted) = refitted else { return one.into_iter().map(|value| (value, None)).collect() };
-        let whole = centred(&self.place.law.coefficients_in(&refitted.fitted.model, task.id));
-        let is_near = self.is_near(task, refitted);
-        let of = |(index, (whole, one)): (usize, (f64, &f64))| {
-            let error = Some(error(index).hypot(whole - one));
-            (whole, error.filter(|error| is_near && error.is_finite()))
-        };
-        whole.into_iter().zip(&one).enumerate().map(of).collect()
-    }
-
-    fn drawn(
-        &self,
-        refitted: Option<&Formula>,
-        task: &LawTask,
-        formula: Option<(&CandidateLaw, &Vec<f64>)>,
-    ) -> Shape {
-        let channels = &self.place.place.channels;
-        let count = self.place.score.coefficients.len();
-        let knots = if channels.len() > 1 { THRESHOLDS.pair_knots } else { count };
-        let along_channel = |channel: &LawInput, knot: usize| super::places::knot_at(channel, knot, knots);
-        let at = |index: usize| -> Vec<f64> {
-            match &channels[..] {
-                [first, second, ..] => {
-                    vec![along_channel(first, index % knots), along_channel(second, index / knots)]
-                }
-                [only] => vec![along_channel(only, index)],
-                [] => Vec::new(),
-            }
-        };
-        let all: Vec<Vec<f64>> = (0..count).map(at).collect();
-        let firsts: Vec<f64> = all.iter().filter_map(|at| at.first().copied()).collect();
-        let said = formula.filter(|_| channels.len() == 1);
-        let said = said.and_then(|(law, coefficients)| along(law, coefficients, &firsts));
-        let values = self.values(refitted, task);
-        let point = |(index, at): (usize, Vec<f64>)| {
-            let (value, standard_error) = values[index];
-            let formula = said.as_ref().map(|values| values[index]);
-            ShapePoint { at, value, standard_error, formula }
-        };
-        Shape {
-            channels: names(channels.iter()),
-            explained: self.explained,
-            unit: unit_at(self.place.place.site).to_owned(),
-            points: all.into_iter().enumerate().map(point).collect(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ pub(crate) fn of_one(channel: &LawInput, lines: &[f64]) -> Vec<LawTerm> {
         parts,
         inner,
         channels: vec![channel.clone()],
+        times: None,
     };
     if channel.is_time() {
         return of_time(channel, lines, &term);
@@ -141,6 +142,7 @@ pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<LawTerm> {
         parts: vec![TermPart { text: text.into(), powers }],
         inner,
         channels: vec![first.clone(), second.clone()],
+        times: None,
     };
     let mut terms = vec![
         term("product", "$x*$y", [1.0, 1.0], Vec::new()),
@@ -178,6 +180,7 @@ pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<LawTerm> {
         parts: vec![part(text, 1.0, 0.0)],
         inner: vec![inner],
         channels: vec![channel.clone()],
+        times: None,
     };
     let range = channel.range();
     let play = |share: &f64| inner('a', sized(share * range), (1e-4 * range, 0.5 * range), (channel, 1.0));
@@ -218,6 +221,7 @@ fn relays(channel: &LawInput) -> impl Iterator<Item = LawTerm> {
         parts: vec![part("relay($x-$b,$a)", 0.0, 0.0)],
         inner: vec![width(half), place(at)],
         channels: vec![channel.clone()],
+        times: None,
     };
     let places = THRESHOLDS.places.into_iter();
     places.flat_map(|at| THRESHOLDS.relays.map(|half| (at, half))).map(relay)

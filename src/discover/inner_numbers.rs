@@ -64,3 +64,26 @@ fn move_along(
         tried(lowest);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::channels::LawInput;
+    use super::super::forms::{of_memory, of_one};
+    use super::*;
+    use crate::effect::Site;
+
+    /// Of a relay one threshold moves, and the other stays; elsewhere one number does.
+    #[test]
+    fn one_number_moves_at_a_time_and_of_a_relay_one_threshold() {
+        let (signal, log, unit) = ("body_angle", "body_angle_rad", "rad");
+        let angle = LawInput { signal, log, unit, low: -0.4, high: 0.4, is_signed: true };
+        let relays = of_memory(Site::Torque, &angle);
+        let relay = relays.iter().find(|term| term.form == "relay").expect("in the library");
+        let [up, down] = &ways(relay)[..] else { panic!("two thresholds") };
+        assert!(up[0] > 0.0 && up[0] == up[1], "the middle less the half stays: {up:?}");
+        assert!(down[0] > 0.0 && down[0] == -down[1], "the middle and the half stay: {down:?}");
+        let stribeck = of_one(&angle, &[]).into_iter().find(|term| term.form == "stribeck");
+        let found = ways(&stribeck.expect("in the library"));
+        assert!(found.len() == 2 && found[0][1] == 0.0 && found[1][0] == 0.0, "{found:?}");
+    }
+}

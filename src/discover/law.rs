@@ -44,6 +44,8 @@ pub(crate) struct LawTerm {
     pub parts: Vec<TermPart>,
     pub inner: Vec<Inner>,
     pub channels: Vec<LawInput>,
+    /// A factor in front of all parts, written as they are; `None` = one. Of an expression one function may remember.
+    pub times: Option<String>,
 }
 
 /// A formula at a site.
@@ -111,12 +113,13 @@ impl LawTerm {
         if count <= COEFFICIENTS.len() {
             return COEFFICIENTS.iter().take(count).map(|letter| Self::name(letter, index)).collect();
         }
-        (1..=count).map(|number| format!("c{number}")).collect()
+        let letter = if index == 0 { "c" } else { "d" };
+        (1..=count).map(|number| format!("{letter}{number}")).collect()
     }
 
     /// A part as an expression in term `index`.
-    fn written(&self, part: &TermPart, index: usize) -> String {
-        let mut text = part.text.clone().into_owned();
+    fn written(&self, text: &str, index: usize) -> String {
+        let mut text = text.to_owned();
         for (letter, channel) in ["$x", "$y"].iter().zip(&self.channels) {
             text = text.replace(letter, channel.signal);
         }
@@ -127,7 +130,7 @@ impl LawTerm {
 
     /// Whether it remembers.
     pub fn remembers(&self) -> bool {
-        ["play", "creep", "hysteresis", "relay"].contains(&self.form)
+        ["play", "creep", "hysteresis", "relay"].contains(&self.form) || self.times.is_some()
     }
 
     /// Whether it jumps at its inner numbers: no slope leads a fit to them.
@@ -150,8 +153,10 @@ impl LawTerm {
 
     /// Its expression in term `index`.
     fn expression(&self, index: usize) -> String {
-        let part = |(part, name): (&TermPart, String)| format!("{name}*{}", self.written(part, index));
-        self.parts.iter().zip(self.coefficient_names(index)).map(part).collect::<Vec<_>>().join(" + ")
+        let part = |(part, name): (&TermPart, String)| format!("{name}*{}", self.written(&part.text, index));
+        let sum = self.parts.iter().zip(self.coefficient_names(index)).map(part).collect::<Vec<_>>();
+        let sum = sum.join(" + ");
+        self.times.as_ref().map_or(sum.clone(), |times| format!("{}*({sum})", self.written(times, index)))
     }
 
     /// Its parameters in term `index`: coefficients, then inner numbers.

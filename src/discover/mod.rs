@@ -16,6 +16,7 @@ mod lines;
 mod measured_path;
 mod places;
 mod search;
+mod shape;
 pub mod thresholds;
 
 use crate::diagnose::{DiagnoseConfig, DiagnoseError, SearchEvent, Verdict, diagnose_blocks};

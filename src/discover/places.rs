@@ -5,7 +5,7 @@ use super::channels::{LawInput, Outlook};
 use super::law::{CandidateLaw, LawTerm, TermPart};
 use super::linear::{FittedAndHeldOut, LinearizedBlock, Score};
 use super::thresholds::THRESHOLDS;
-use crate::effect::Site;
+use crate::effect::{Site, signals};
 use crate::threads::spread;
 
 /// A site, and the channels that a law looks at there.
@@ -13,6 +13,9 @@ use crate::threads::spread;
 pub(crate) struct Place {
     pub site: Site,
     pub channels: Vec<LawInput>,
+    /// In the unit of its one channel, where a law looks at which way that went last, too: half of the way back after which it has
+    /// gone the other way. `None`: where the channel is says all.
+    pub way: Option<f64>,
 }
 
 /// What a smooth function does at a place.
@@ -35,9 +38,39 @@ impl Place {
                 lasting[index + 1..].iter().map(move |second| vec![(*first).clone(), (*second).clone()])
             });
             let sets: Vec<Vec<LawInput>> = if is_two { two.collect() } else { one.collect() };
-            sets.into_iter().map(|channels| Self { site: outlook.site, channels }).collect::<Vec<_>>()
+            sets.into_iter().map(|channels| Self::of(outlook.site, channels)).collect::<Vec<_>>()
         };
         outlooks.iter().flat_map(of).collect()
+    }
+
+    /// A site, and channels whose values say all.
+    pub fn of(site: Site, channels: Vec<LawInput>) -> Self {
+        Self { site, channels, way: None }
+    }
+
+    /// Those at which a law may remember which way its channel went, over several widths.
+    pub fn by_way(outlooks: &[Outlook]) -> Vec<Self> {
+        let seen = |site: Site| match site {
+            Site::SteadyRate => Some(signals::COMMAND),
+            Site::Torque => Some(signals::BODY_ANGLE),
+            _ => None,
+        };
+        let of = |outlook: &Outlook| {
+            let channel = outlook.channels.iter().find(|channel| Some(channel.signal) == seen(outlook.site));
+            let (site, channel) = (outlook.site, channel.cloned());
+            THRESHOLDS.ways.into_iter().filter_map(move |share| {
+                let channel = channel.clone()?;
+                let way = Some(share * channel.range());
+                Some(Self { site, channels: vec![channel], way })
+            })
+        };
+        outlooks.iter().flat_map(of).collect()
+    }
+
+    /// Whether it is the same but for which way its channel went.
+    pub fn is_place_of(&self, site: Site, channels: &[&LawInput]) -> bool {
+        let has = |own: &&LawInput| self.channels.iter().any(|it| it.signal == own.signal);
+        self.site == site && self.channels.len() == channels.len() && channels.iter().all(has)
     }
 
     /// A function of its channels that is linear between knots.
@@ -56,10 +89,13 @@ impl Place {
         let part = |text: String| TermPart { text: text.into(), powers: [0.0, 0.0] };
         let parts = parts.into_iter().map(part).collect();
         let channels = self.channels.clone();
-        CandidateLaw {
-            site: self.site,
-            terms: vec![LawTerm { form: "shape", parts, inner: Vec::new(), channels }],
-        }
+        let plain = LawTerm { form: "shape", parts, inner: Vec::new(), channels, times: None };
+        // From minus one, where the channel comes down, to one, where it rises.
+        let by_way = self.way.map(|way| {
+            let times = Some(format!("(($x-play($x,{way}))/{way})"));
+            LawTerm { times, ..plain.clone() }
+        });
+        CandidateLaw { site: self.site, terms: [plain].into_iter().chain(by_way).collect() }
     }
 }
 
@@ -85,6 +121,9 @@ pub(crate) fn scores(linear: &LinearizedBlock, places: &[Place]) -> Vec<PlaceSco
         if place.channels.len() > 1 {
             return with_knots(linear, place, THRESHOLDS.pair_knots);
         }
+        if place.way.is_some() {
+            return with_knots(linear, place, THRESHOLDS.coarse_knots);
+        }
         let coarse = with_knots(linear, place, THRESHOLDS.coarse_knots);
         let fine = with_knots(linear, place, THRESHOLDS.fine_knots);
         let is_finer = |coarse: &PlaceScore, fine: &PlaceScore| {
@@ -102,21 +141,20 @@ pub(crate) fn scores(linear: &LinearizedBlock, places: &[Place]) -> Vec<PlaceSco
 
 fn with_knots(linear: &LinearizedBlock, place: &Place, knots: usize) -> Option<PlaceScore> {
     let law = place.shape(knots);
-    let columns = columns_of_parts(linear, &law)?;
+    let columns = columns_of_parts(linear, &law);
     let score = linear.score(&columns, THRESHOLDS.ridge)?;
     Some(PlaceScore { place: place.clone(), law, score })
 }
 
 /// The columns of each part by itself: a run with all parts in it costs as much as each of them. A part that no row comes near to moves
 /// nothing.
-fn columns_of_parts(linear: &LinearizedBlock, law: &CandidateLaw) -> Option<Vec<FittedAndHeldOut>> {
-    let term = law.terms.first()?;
-    let of = |part: &TermPart| {
+fn columns_of_parts(linear: &LinearizedBlock, law: &CandidateLaw) -> Vec<FittedAndHeldOut> {
+    let of = |term: &LawTerm, part: &TermPart| {
         let term = LawTerm { parts: vec![part.clone()], ..term.clone() };
         let column = linear.columns(&CandidateLaw { site: law.site, terms: vec![term] });
         column.and_then(|columns| columns.into_iter().next()).unwrap_or_else(|| linear.nothing())
     };
-    Some(term.parts.iter().map(of).collect())
+    law.terms.iter().flat_map(|term| term.parts.iter().map(move |part| of(term, part))).collect()
 }
 
 #[cfg(test)]
@@ -134,7 +172,7 @@ mod tests {
         for (channels, knots) in
             [(vec![angle.clone()], THRESHOLDS.fine_knots), (vec![angle, rate], THRESHOLDS.pair_knots)]
         {
-            let law = Place { site: Site::Torque, channels }.shape(knots);
+            let law = Place::of(Site::Torque, channels).shape(knots);
             let user = law.user_effect("a_shape", &vec![1.0; law.coefficients()]);
             let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
             let expression = Expression::parse(&user.expression, &names).expect("it parses");
@@ -142,6 +180,39 @@ mod tests {
                 let point = Point { body_angle, body_rate, ..Point::default() };
                 let sum = expression.value(&vec![1.0; law.coefficients()], &point);
                 assert!((sum - 1.0).abs() < 1e-9, "{body_angle}, {body_rate}: {sum}");
+            }
+        }
+    }
+
+    /// On the way up it is the first function and the second, on the way down the first less the second.
+    #[test]
+    fn a_shape_by_the_way_is_an_effect_that_parses_and_has_two_values_at_a_place() {
+        let angle = LawInput {
+            signal: "body_angle",
+            log: "body_angle_rad",
+            unit: "rad",
+            low: -0.4,
+            high: 0.5,
+            is_signed: true,
+        };
+        let outlooks = [Outlook { site: Site::Torque, channels: vec![angle] }];
+        let places = Place::by_way(&outlooks);
+        assert_eq!(places.len(), THRESHOLDS.ways.len());
+        for place in places {
+            let knots = THRESHOLDS.coarse_knots;
+            let law = place.shape(knots);
+            assert_eq!(law.coefficients(), 2 * knots);
+            let coefficients: Vec<f64> =
+                (0..2 * knots).map(|at| if at < knots { 1.0 } else { 0.25 }).collect();
+            let user = law.user_effect("a_shape", &coefficients);
+            let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
+            let expression = Expression::parse(&user.expression, &names).expect("it parses");
+            let way = place.way.expect("a width");
+            for (direction, expected) in [(1.0, 1.25), (-1.0, 0.75), (0.0, 1.0)] {
+                let (body_angle, memory) = (0.1, Some(0.1 - direction * way));
+                let point = Point { body_angle, memory, ..Point::default() };
+                let value = expression.value(&coefficients, &point);
+                assert!((value - expected).abs() < 1e-9, "{direction}: {value}");
             }
         }
     }

@@ -138,13 +138,16 @@ fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(SearchEvent) + Sync)) ->
     BlockResult { task, formula, others, places, without: Some(without), confidence }
 }
 
-/// Every place with its smooth function, the best first: those of two channels where the second pays.
+/// Every place with its smooth function, the best first: those of two channels where the second pays, and one by the way that its
+/// channel went where that does.
 fn places(linear: &LinearizedBlock, outlooks: &[Outlook]) -> Vec<PlaceScore> {
     let mut places = scores(linear, &Place::all(outlooks, false));
     let pairs = scores(linear, &Place::all(outlooks, true));
     let best_single = places.first().map_or(f64::INFINITY, |place| place.score.held_out);
     let pays = |pair: &PlaceScore| pair.score.held_out < (1.0 - THRESHOLDS.pair_gain) * best_single;
     places.extend(pairs.into_iter().filter(pays));
+    let by_way = scores(linear, &Place::by_way(outlooks)).into_iter().next();
+    places.extend(by_way.filter(pays));
     places.sort_by(|a, b| a.score.held_out.total_cmp(&b.score.held_out));
     places
 }
@@ -153,7 +156,7 @@ fn places(linear: &LinearizedBlock, outlooks: &[Outlook]) -> Vec<PlaceScore> {
 fn times(outlooks: &[Outlook]) -> Vec<Place> {
     let of = |outlook: &Outlook| {
         let time = outlook.channels.iter().find(|channel| channel.is_time())?;
-        Some(Place { site: outlook.site, channels: vec![time.clone()] })
+        Some(Place::of(outlook.site, vec![time.clone()]))
     };
     outlooks.iter().filter_map(of).collect()
 }
@@ -161,9 +164,10 @@ fn times(outlooks: &[Outlook]) -> Vec<Place> {
 /// The places whose formulas are tried.
 fn promising<'a>(places: &'a [PlaceScore], without: &Score) -> Vec<&'a PlaceScore> {
     let gain = |place: &PlaceScore| without.held_out - place.score.held_out;
-    let best = places.first().map_or(0.0, gain);
-    let promising =
-        places.iter().filter(|place| gain(place) > THRESHOLDS.promising_gain * best && best > 0.0);
+    // What remembers has forms of its own.
+    let lasting = || places.iter().filter(|place| place.place.way.is_none());
+    let best = lasting().next().map_or(0.0, gain);
+    let promising = lasting().filter(|place| gain(place) > THRESHOLDS.promising_gain * best && best > 0.0);
     promising.take(THRESHOLDS.most_places).collect()
 }
 
@@ -303,19 +307,19 @@ mod tests {
     const TEETH: f64 = 55.0;
     const ROWS: usize = 2400;
 
-    /// A body that is driven to and fro over strong fine teeth: within a window of 0.4 s a model without them is several teeth off.
-    fn over_teeth(seed: usize) -> BlockData {
+    /// A body that is driven to and fro, to another place each so many `held` rows, on which a torque of its angle acts, too.
+    fn driven(seed: usize, held: usize, mut law: impl FnMut(f64) -> f64) -> BlockData {
         let inertia = Model::paper().body.inertia;
         let (mut angle, mut rate) = (0.0_f64, 0.0);
         let (mut torques, mut angles, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         for row in 0..ROWS {
-            let wanted = 0.35 * noise(seed + row / 300);
+            let wanted = 0.35 * noise(seed + row / held);
             let torque = 1.2 * (wanted - angle) - 0.2 * rate + 0.12 * noise(seed + 1000 + row / 23);
             torques.push(torque);
             angles.push(angle + 1e-3 * noise(seed + 10_000 + row));
             rates.push(rate + 5e-3 * noise(seed + 50_000 + row));
             for _ in 0..50 {
-                rate += 2e-4 * (torque + 0.09 * (TEETH * angle + 1.0).sin()) / inertia;
+                rate += 2e-4 * (torque + law(angle)) / inertia;
                 angle += 2e-4 * rate;
             }
         }
@@ -331,24 +335,94 @@ mod tests {
         BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]))
     }
 
-    #[test]
-    fn strong_fine_teeth_are_seen_along_the_path_that_was_measured() {
+    /// Strong fine teeth: within a window of 0.4 s a model without them is several teeth off.
+    fn over_teeth(seed: usize) -> BlockData {
+        driven(seed, 300, |angle| 0.09 * (TEETH * angle + 1.0).sin())
+    }
+
+    /// The level of a relay, one above a place [rad] and minus one below another one.
+    fn level(level: &mut f64, [up, down]: [f64; 2], angle: f64) -> f64 {
+        if angle > up {
+            *level = 1.0;
+        } else if angle < down {
+            *level = -1.0;
+        }
+        *level
+    }
+
+    /// Asks about a block and one that is held out, with the base refitted.
+    fn linearized<T>(data: [BlockData; 2], ask: impl FnOnce(&LinearizedBlock, &[Outlook]) -> T) -> T {
         let model = Model::paper();
         let known = model.known_effects().expect("the catalogue");
         let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
-        let mut split = DataSplit::new(over_teeth(1), Some(over_teeth(200_000)));
+        let [train, held_out] = data;
+        let mut split = DataSplit::new(train, Some(held_out));
         let (_, refitted) = search.bases(&mut split);
         let linear =
             LinearizedBlock::new(&split, &refitted, &split.base_parameters(&model), &known).expect("finite");
-        let angle = Place::all(&outlooks(&split.train), false).into_iter();
-        let angle = angle
-            .filter(|place| place.site == Site::Torque && place.channels[0].signal == signals::BODY_ANGLE);
-        let places: Vec<Place> = angle.collect();
-        let found = preselected(&linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
-        let (law, score) = &found[0];
-        let number = law.terms[0].inner[0].value;
-        assert!(law.terms[0].is_wave() && (number - TEETH).abs() < 0.2, "{}: {number}", law.expression());
-        let left = score.held_out / linear.without().expect("finite").held_out;
-        assert!(left < 0.05, "{left} of the error is left");
+        ask(&linear, &outlooks(&split.train))
+    }
+
+    #[test]
+    fn strong_fine_teeth_are_seen_along_the_path_that_was_measured() {
+        linearized([over_teeth(1), over_teeth(200_000)], |linear, outlooks| {
+            let angle = Place::all(outlooks, false).into_iter();
+            let angle = angle.filter(|place| {
+                place.site == Site::Torque && place.channels[0].signal == signals::BODY_ANGLE
+            });
+            let places: Vec<Place> = angle.collect();
+            let found = preselected(linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
+            let (law, score) = &found[0];
+            let number = law.terms[0].inner[0].value;
+            assert!(law.terms[0].is_wave() && (number - TEETH).abs() < 0.2, "{}: {number}", law.expression());
+            let left = score.held_out / linear.without().expect("finite").held_out;
+            assert!(left < 0.05, "{left} of the error is left");
+        });
+    }
+
+    /// No slope leads to where a relay changes over: both places are found by trying, as good as those that the data were made with.
+    #[test]
+    fn the_thresholds_of_a_relay_are_found() {
+        let snapping = |seed| {
+            let mut held = 1.0;
+            driven(seed, 100, move |angle| 0.02 * level(&mut held, [0.16, -0.12], angle))
+        };
+        linearized([snapping(1), snapping(200_000)], |linear, outlooks| {
+            let found = preselected(linear, &remembering(outlooks));
+            let (law, score) = &found[0];
+            assert_eq!(law.terms[0].form, "relay", "{}", law.expression());
+            let mut true_law = law.clone();
+            [0.14, 0.02]
+                .into_iter()
+                .zip(&mut true_law.terms[0].inner)
+                .for_each(|(value, it)| it.value = value);
+            let columns = linear.columns(&true_law).expect("it acts");
+            let truth = linear.score(&columns, 0.0).expect("finite").loss();
+            assert!(score.loss() <= 1.01 * truth, "{} for {truth}", score.loss());
+        });
+    }
+
+    /// A loop of no form in the library: two levels that grow apart with the angle.
+    #[test]
+    fn what_looks_at_the_way_that_it_went_has_a_curve_for_each() {
+        let sized = |angle: f64| 0.04 + 0.5 * angle * angle;
+        let looped = |seed| {
+            let mut held = 1.0;
+            driven(seed, 25, move |angle| -level(&mut held, [0.1, -0.1], angle) * sized(angle))
+        };
+        linearized([looped(1), looped(200_000)], |linear, outlooks| {
+            let found = places(linear, outlooks);
+            let best = &found[0];
+            let signals: Vec<&str> = best.place.channels.iter().map(|it| it.signal).collect();
+            assert_eq!((best.place.site, &signals[..]), (Site::Torque, &[signals::BODY_ANGLE][..]));
+            assert!(best.place.way.is_some());
+            // The best of the others looks at the body's rate beside its angle.
+            let plain = found.iter().find(|it| it.place.way.is_none()).expect("tried");
+            let [by_way, plain] = [best, plain].map(|it| it.score.held_out);
+            assert!(by_way < 0.5 * plain, "{by_way} for {plain}");
+            // None of it goes on to the formulas of one channel.
+            let without = linear.without().expect("finite");
+            assert!(promising(&found, &without).iter().all(|it| it.place.way.is_none()));
+        });
     }
 }

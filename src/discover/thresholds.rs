@@ -91,6 +91,8 @@ crate::thresholds! {
     warm_ups: [f64; 3] = [0.05, 0.15, 0.4], "-", "judgement: a factor of some three apart";
     /// widths of the library's plays over a channel's range
     plays: [f64; 7] = [0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35], "-", "judgement: a factor of some two apart";
+    /// widths over a channel's range of the play that says which way it went last
+    ways: [f64; 3] = [0.02, 0.08, 0.25], "-", "judgement: a factor of three to four apart";
     /// half of the way between the two thresholds of the library's relays over a channel's range
     relays: [f64; 4] = [0.03, 0.08, 0.16, 0.3], "-", "judgement: a factor of two apart";
     /// time constants, in the library, of what follows a command late, beside the rotor's own

@@ -12,13 +12,16 @@ use super::verdict;
 use super::{Axis, Mark, Page, Plot, Series, TextTable, Tone, number};
 use crate::compare::Comparison;
 use crate::diagnose::diagnosis::{FoundParameter, Verdict};
-use crate::discover::answer::{OtherLaw, Shape, TellApart};
+use crate::discover::answer::{ChannelDirection, OtherLaw, Shape, ShapePoint, TellApart};
 use crate::discover::{Discovery, LawVerdict};
 use crate::effect::Site;
 use crate::screening::ScreenedLog;
 
 /// Other formulas that are listed.
 const SHOWN: usize = 5;
+
+/// Behind the channel of what looks at its direction, too.
+const DIRECTION: &str = " and which way it went last";
 
 /// Where a law acts, in words.
 fn at(site: Site) -> &'static str {
@@ -82,11 +85,15 @@ pub fn headline(found: &Discovery, mark: &str) -> String {
                 kinds.join("; and ")
             )
         }
-        LawVerdict::Shape => format!(
-            "What is missing acts on {site}, by {channels}{sure}: a smooth function of it explains {:.0} % of the error above noise. \
-             No formula that was tried does.",
-            100.0 * found.shape.as_ref().map_or(0.0, |shape| shape.explained)
-        ),
+        LawVerdict::Shape => {
+            let by_direction = found.shape.as_ref().is_some_and(|shape| shape.by_direction);
+            format!(
+                "What is missing acts on {site}, by {channels}{}{sure}: a smooth function of it explains {:.0} % of the error above \
+                 noise. No formula that was tried does.",
+                if by_direction { DIRECTION } else { "" },
+                100.0 * found.shape.as_ref().map_or(0.0, |shape| shape.explained)
+            )
+        }
         LawVerdict::Diagnosed(Verdict::Unknown) => {
             let effects = &found.effects;
             let named = effects.iter().map(|id| format!("{mark}{id}{mark}")).collect::<Vec<_>>().join(" + ");
@@ -185,8 +192,9 @@ pub fn text(found: &Discovery, detail: Detail) -> String {
 fn places(found: &Discovery) -> Option<TextTable> {
     let mut table = TextTable::new(["smooth function of", "acts on", "explains [%]"]);
     for place in found.r#where.iter().take(SHOWN) {
+        let direction = if place.by_direction { DIRECTION } else { "" };
         table = table.row([
-            place.channels.join(", "),
+            format!("{}{direction}", place.channels.join(", ")),
             place.site.name().to_owned(),
             number(100.0 * place.explained, 3),
         ]);
@@ -247,40 +255,66 @@ pub fn page(found: &Discovery, compared: &[Vec<Comparison>], logs: &[ScreenedLog
     page
 }
 
-/// The formula over the smooth function and its band; of two channels along the first, at the middle of the second.
+/// The formula over the smooth function and its band; of two channels along the first, at the middle of the second. What looks at the
+/// direction has two curves.
 fn drawn(shape: &Shape) -> Plot {
     let middle = shape.points.len() / 2;
     let second = shape.points.get(middle).and_then(|point| point.at.get(1)).copied();
-    let shown = shape.points.iter().filter(|point| point.at.get(1).copied() == second);
-    let (mut x, mut y, mut error, mut formula) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for point in shown {
-        x.push(point.at.first().copied().unwrap_or(f64::NAN));
-        y.push(point.value);
-        error.push(2.0 * point.standard_error.unwrap_or(f64::NAN));
-        formula.push(point.formula.unwrap_or(f64::NAN));
-    }
-    // A constant is the base's own numbers' to take up: both are drawn about their means.
-    let centred = |values: &[f64]| -> Vec<f64> {
-        let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        let centre = known.iter().sum::<f64>() / known.len().max(1) as f64;
-        values.iter().map(|value| value - centre).collect()
-    };
-    let y = centred(&y);
-    let edge = |sign: f64| y.iter().zip(&error).map(|(y, error)| y + sign * error).collect::<Vec<f64>>();
     let channel = shape.channels.first().map_or("", String::as_str);
     let title = match second {
         Some(value) => format!("What is added, at {} {}", shape.channels[1], number(value, 3)),
         None => "What is added".to_owned(),
     };
     let mut plot = Plot::new(title, Axis::new(channel, ""), Axis::new("added", &shape.unit));
-    if error.iter().any(|value| value.is_finite()) {
-        plot = plot.series(Series::band("95 % band", &x, &edge(-1.0), &edge(1.0)));
+    if shape.by_direction {
+        let of = |direction| shape.points.iter().filter(move |it| it.direction == Some(direction)).collect();
+        let [rising, falling]: [Vec<&ShapePoint>; 2] =
+            [of(ChannelDirection::Rising), of(ChannelDirection::Falling)];
+        plot = with_curve(plot, &rising, ["95 % band, rising", "smooth function, rising"], Tone::Measured);
+        return with_curve(plot, &falling, ["95 % band, falling", "smooth function, falling"], Tone::Model);
     }
-    plot = plot.series(Series::line("smooth function", &x, &y).tone(Tone::Measured));
+    let shown: Vec<&ShapePoint> =
+        shape.points.iter().filter(|point| point.at.get(1).copied() == second).collect();
+    // A constant is the base's own numbers' to take up: both are drawn about their means.
+    let value = mean(shown.iter().map(|point| point.value));
+    let centred: Vec<ShapePoint> =
+        shown.iter().map(|point| ShapePoint { value: point.value - value, ..(*point).clone() }).collect();
+    plot = with_curve(
+        plot,
+        &centred.iter().collect::<Vec<_>>(),
+        ["95 % band", "smooth function"],
+        Tone::Measured,
+    );
+    let formula: Vec<f64> = shown.iter().map(|point| point.formula.unwrap_or(f64::NAN)).collect();
     if formula.iter().any(|value| value.is_finite()) {
-        plot = plot.series(Series::line("formula", &x, &centred(&formula)).tone(Tone::Model));
+        let x: Vec<f64> = shown.iter().filter_map(|point| point.at.first().copied()).collect();
+        let centre = mean(formula.iter().copied());
+        let formula: Vec<f64> = formula.iter().map(|value| value - centre).collect();
+        plot = plot.series(Series::line("formula", &x, &formula).tone(Tone::Model));
     }
     plot
+}
+
+/// Of the values that are numbers.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values
+        .filter(|value| value.is_finite())
+        .fold((0.0, 0.0_f64), |(sum, count), value| (sum + value, count + 1.0));
+    sum / count.max(1.0)
+}
+
+/// The curve through the points, and its band where that is known.
+fn with_curve(mut plot: Plot, points: &[&ShapePoint], [band, curve]: [&str; 2], tone: Tone) -> Plot {
+    let x: Vec<f64> = points.iter().filter_map(|point| point.at.first().copied()).collect();
+    let y: Vec<f64> = points.iter().map(|point| point.value).collect();
+    let edge = |sign: f64| -> Vec<f64> {
+        let error = |point: &&ShapePoint| 2.0 * point.standard_error.unwrap_or(f64::NAN);
+        points.iter().map(|point| point.value + sign * error(point)).collect()
+    };
+    if points.iter().any(|point| point.standard_error.is_some()) {
+        plot = plot.series(Series::band(band, &x, &edge(-1.0), &edge(1.0)));
+    }
+    plot.series(Series::line(curve, &x, &y).tone(tone))
 }
 
 #[cfg(test)]

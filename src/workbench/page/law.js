@@ -24,10 +24,19 @@ function centred(values) {
   return values.map(it => it - mean);
 }
 
+// What looks at which way its channel went has two curves.
+function byDirection(shape) {
+  const way = direction => shape.points.filter(it => it.direction === direction).map(it => [it.at[0], it.value]);
+  return [drawing(`What is added [${shape.unit}] over ${shape.channels[0]}, and which way it went`, [
+    { tone: "measured", points: way("rising") }, { tone: "model", points: way("falling") }]),
+  element("p", { class: "soft" }, element("span", { class: "key measured" }, "on the way up"), " ", element("span", { class: "key model" }, "on the way down"))];
+}
+
 // Of two channels along the first, at the middle of the second.
 function shape(found) {
   const { shape } = found;
   if (!shape) return null;
+  if (shape.by_direction) return byDirection(shape);
   const second = shape.points[Math.floor(shape.points.length / 2)].at[1];
   const shown = shape.points.filter(it => it.at[1] === second);
   const value = centred(shown.map(it => it.value));
@@ -45,7 +54,7 @@ function shape(found) {
 function places(found) {
   if (!found.where.length) return null;
   return element("details", { "data-key": "law places" }, element("summary", {}, "where it may act"),
-    table(["smooth function of", "acts on", "explains"], found.where.slice(0, PLACES).map(it => [it.channels.join(", "), it.site.replaceAll("_", " "), number(100 * it.explained, 3) + " %"])));
+    table(["smooth function of", "acts on", "explains"], found.where.slice(0, PLACES).map(it => [it.channels.join(", ") + (it.by_direction ? " and its direction" : ""), it.site.replaceAll("_", " "), number(100 * it.explained, 3) + " %"])));
 }
 
 function answered(answer) {
