@@ -87,8 +87,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", json::answer(&found.json()?)?);
         return Ok(outcome);
     }
-    if let Some(headline) = headline {
-        println!("{headline}.\n");
+    if let Some(first) = headline.or_else(|| found.caution()) {
+        println!("{first}.\n");
     }
     println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
     let tables =

@@ -216,11 +216,13 @@ fn seen_rows(log: &ScreenedLog) -> SeenRows {
     }
 }
 
-/// The rotors with exciting commands that their runs under the model do not follow.
+/// The rotors whose commands step, or move them otherwise, that their runs under the model do not follow.
 fn not_explained<'a>(rotors: impl Iterator<Item = &'a RotorLog>, runs: &[&Validation]) -> Vec<Finding> {
-    let excited = rotors.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS);
     let of = |rotor: &RotorLog| runs.iter().find(|run| run.source == rotor.source()).copied();
-    excited.filter_map(|rotor| unexplained(rotor, of(rotor)?)).collect()
+    let is_excited =
+        |rotor: &RotorLog, run: &Validation| rotor.jumps().len() >= FEWEST_JUMPS || run.is_moved();
+    let asked = rotors.filter_map(|rotor| Some((rotor, of(rotor).filter(|run| is_excited(rotor, run))?)));
+    asked.filter_map(|(rotor, run)| unexplained(rotor, run)).collect()
 }
 
 /// From z to the measured rate, [rad/s] both.

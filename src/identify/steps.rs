@@ -130,7 +130,7 @@ impl Work<'_> {
         if let Some(shown) = self.no_voltage_gain() {
             return Estimate { value: 0.0, standard_error: shown.standard_error.hypot(shown.value) };
         }
-        let taken = Estimate { value: self.settings.template.actuator.voltage_gain, standard_error: 0.0 };
+        let taken = Estimate { value: self.template_voltage_gain(), standard_error: 0.0 };
         let unknown = Estimate { standard_error: THRESHOLDS.assumed_gain_error * taken.value.abs(), ..taken };
         if self.use_battery { unknown } else { taken.scaled(0.0) }
     }

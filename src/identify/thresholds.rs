@@ -70,6 +70,12 @@ crate::thresholds! {
     log_mismatch_rate_share: f64 = 0.01, "-", "judgement";
     /// share of a pole from which rotors of two logs differ: a battery that gives way under load makes a pole a few percent faster.
     log_mismatch_pole_share: f64 = 0.05, "-", "emulated benches with internal resistance";
+    /// times that steps one way take as long as those the other way from which on a rotor has two poles.
+    ways_apart: f64 = 1.5, "-", "judgement";
+    /// share of the highest command from which on rates say what the rotor does at full command.
+    high_command: f64 = 0.6, "-", "judgement";
+    /// share of these rates, over their commands, below which the rate at full command is taken to lie.
+    high_rates: f64 = 0.9, "-", "judgement: a rotor that comes down is far above its command";
     /// k_V beyond this many times the share of a volt in the greatest rate is no motor's.
     voltage_gain_of_motor: f64 = 1.5, "-", "judgement: 1 without drag, less with any; the rest for a curve that is extrapolated";
     /// share of the narrower range of commands that two logs must have in common to compare their rates.
@@ -182,7 +188,9 @@ crate::thresholds! {
     gain_off_one: f64 = 0.02, "-", "judgement";
     /// range of exciting commands below which g(u) holds near them only.
     narrow_excitation: f64 = 0.05, "-", "judgement";
-    /// fit of a log with exciting commands below which the model does not explain it.
+    /// share of the rates' spread from which on that of the modelled ones says that the commands of a log moved its rotor.
+    moved_share: f64 = 0.5, "-", "judgement: noise about a rate that stands is far more than what its commands do";
+    /// fit of a log whose commands move its rotor below which the model does not explain it.
     unexplained_fit: f64 = 40.0, "%", "judgement";
     /// share of the body's motion from which a correlated residual counts: below, summed noise of the rotor rates looks the same.
     unexplained_motion_share: f64 = 0.2, "-", "emulated benches";

@@ -46,6 +46,7 @@ impl Work<'_> {
             return None;
         }
         let taken = of("voltage_gain_from_template")
+            .with("taken_rad_s_v", self.template_voltage_gain())
             .with("curve_allows_for_it", usize::from(self.static_curve.is_some()));
         Some(match &self.insignificant_gain {
             Some(shown) => significance::with_estimate(taken, shown),

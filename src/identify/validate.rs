@@ -29,6 +29,18 @@ pub struct Validation {
     pub traces: Vec<(f64, f64, f64)>,
 }
 
+impl Validation {
+    /// Whether the model makes the rates move about as much as they do: then what it does not explain is its own, and no noise about a
+    /// rate that stands.
+    pub(crate) fn is_moved(&self) -> bool {
+        let spread = |pick: fn(&(f64, f64, f64)) -> f64| {
+            let mean = mean_of(self.traces.iter().map(pick));
+            self.traces.iter().map(|trace| (pick(trace) - mean).powi(2)).sum::<f64>().sqrt()
+        };
+        spread(|trace| trace.2) > THRESHOLDS.moved_share * spread(|trace| trace.1)
+    }
+}
+
 /// Free run over one rotor's log; each stretch starts from the rate that fits it best, for the first one measured is noisy.
 pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Option<Validation> {
     let mut traces = Vec::new();

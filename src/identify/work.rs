@@ -9,9 +9,11 @@ use super::result::{IdentifySettings, PipelineStep, PoleFit};
 use super::significance;
 use super::static_curve::StaticCurve;
 use super::supply_gain::SupplyGain;
+use super::thresholds::THRESHOLDS;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};
+use crate::estimation::quantile::quantile;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
@@ -115,9 +117,25 @@ impl<'a> Work<'a> {
         all.min_by(|a, b| a.standard_error.total_cmp(&b.standard_error))
     }
 
+    /// [rad/(s V)] the template's k_V; where no motor of this bench has so much, all of its rate over all of its volts, which one without
+    /// drag has.
+    pub(crate) fn template_voltage_gain(&self) -> f64 {
+        let template = self.settings.template.actuator.voltage_gain;
+        let highest = self.rotors.iter().flat_map(|rotor| &rotor.command).copied().fold(0.0, f64::max);
+        let high = THRESHOLDS.high_command * highest;
+        let rows = self.rotors.iter().flat_map(|rotor| rotor.rate.iter().zip(&rotor.command));
+        let rows = rows.filter(|(rate, command)| rate.is_finite() && **command > high);
+        // What the rotor does at full command, by what it does at high ones: the rate rises in proportion, or more.
+        let at_full = quantile(rows.map(|(rate, command)| rate / command), THRESHOLDS.high_rates);
+        match at_full.map(|rate| rate / self.full_voltage()) {
+            Some(most) if most > 0.0 && template > THRESHOLDS.voltage_gain_of_motor * most => most,
+            _ => template,
+        }
+    }
+
     /// A k_V that is known to be next to nothing, though not how much it is.
     pub(crate) fn no_voltage_gain(&self) -> Option<&Estimate> {
-        let template = self.settings.template.actuator.voltage_gain;
+        let template = self.template_voltage_gain();
         let shown =
             self.insignificant_gain.as_ref().filter(|_| self.use_battery && self.voltage_gain().is_none());
         shown.filter(|gain| significance::is_none(gain, template))
@@ -138,7 +156,7 @@ impl<'a> Work<'a> {
             (Some(_), _) if !self.use_battery => 0.0,
             (None, None) if !self.settings.battery => 0.0,
             _ if self.no_voltage_gain().is_some() => 0.0,
-            _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
+            _ => self.voltage_gain().map_or_else(|| self.template_voltage_gain(), |gain| gain.value),
         };
         IdentifiedActuator {
             coefficients,

@@ -189,6 +189,25 @@ impl Identification {
         })
     }
 
+    /// What stands above all numbers where the model hardly explains the logs that they are from: their errors hold for a model of the
+    /// right form.
+    #[must_use]
+    pub fn caution(&self) -> Option<String> {
+        let is_unexplained = |run: &&Validation| {
+            let of_run = |it: &&Finding| it.code == "rates_unexplained" && it.place() == run.source;
+            self.findings.iter().any(|it| of_run(&it))
+        };
+        let worst = self.training.iter().filter(is_unexplained);
+        let worst = worst.min_by(|a, b| a.fit_percent.total_cmp(&b.fit_percent))?;
+        Some(format!(
+            "These numbers are hardly this bench's: on {}, which they are from, the model leaves {} rad/s, a fit of {:.0} %. The errors \
+             beneath hold for a model of the right form only",
+            worst.source,
+            number(worst.rms, 3),
+            worst.fit_percent
+        ))
+    }
+
     /// What the reader must know, first what is said of the model, then of its logs; and of which rotor.
     fn notes(&self) -> Vec<Note<'_>> {
         let (of_logs, of_model): (Vec<_>, Vec<_>) =
@@ -341,7 +360,7 @@ impl Identification {
             "Section III of Lotufo et al., MED 2016, as far as the logs permit. Standard errors allow for correlated \
              residuals.",
         );
-        self.headline().into_iter().for_each(|headline| {
+        self.headline().or_else(|| self.caution()).into_iter().for_each(|headline| {
             page.verdict(Mark::Bad, headline + ".");
         });
         for warning in self.warnings() {

@@ -26,7 +26,7 @@ pub fn is_of_other_bench(diagnosis: &Diagnosis) -> bool {
 /// What stands before any answer about another bench's model; nothing else.
 pub(super) fn other_bench(diagnosis: &Diagnosis) -> &'static str {
     if is_of_other_bench(diagnosis) {
-        "This is not this bench's model: run `rotorbench identify` first. What follows says more of the model than of the bench. "
+        "This is not this bench's model: run `rotorbench identify` first, where that can make one. What follows says more of the model than of the bench. "
     } else {
         ""
     }

@@ -56,6 +56,22 @@ fn ramps_alone_take_k_v_and_the_pole_from_the_template_and_the_curve_knows_no_be
     }
 }
 
+/// A template of another bench says more than a motor can have here: all of the rate over all of the volts is taken instead.
+#[test]
+fn a_k_v_that_no_motor_of_this_bench_has_is_not_taken_from_the_template() {
+    let log = steady(ramps, 7000);
+    let mut settings = quadratic();
+    settings.template.actuator.voltage_gain = 400.0;
+    let found = found(&log, &settings);
+    // At full command the rotor turns at C_G1 + C_G2, and 12.6 V are full; ramps end before, where a battery has lost some of it.
+    let most = (C_G1 + C_G2) / 12.6;
+    let taken = found.model.actuator.voltage_gain;
+    assert!((0.7 * most..1.1 * most).contains(&taken), "{taken} for {most}");
+    let said = finding(&found, "voltage_gain_from_template").expect("it is");
+    assert_eq!((said.number("taken_rad_s_v"), said.number("template_rad_s_v")), (taken, 400.0));
+    assert!(sentence(said).contains("all of this bench's rate over all of its volts"), "{}", sentence(said));
+}
+
 #[test]
 fn one_level_alone_takes_curve_and_pole_from_the_template() {
     let found = found(&steady(|_| 0.45, 6000), &quadratic());
@@ -325,6 +341,25 @@ fn a_fit_that_explains_little_is_found() {
     let mixed = with(&log, RATE, |row, rate| if row % 300 < 90 { rates[(row + 777) % 3000] } else { rate });
     let found = found(&mixed, &quadratic());
     assert!(finding(&found, "rates_unexplained").is_some(), "{:?}", found.findings);
+}
+
+/// The same on ramps, which step nowhere: it stands above all numbers, and not over a level, whose rate is all noise.
+#[test]
+fn ramps_that_are_explained_little_are_found_and_said_first() {
+    let log = steady(ramps, 7000);
+    let rates = log.column(RATE).expect("there");
+    let mixed = with(&log, RATE, |row, rate| if row % 700 < 350 { rates[(row + 2345) % 7000] } else { rate });
+    let bad = found(&mixed, &quadratic());
+    assert!(finding(&bad, "rates_unexplained").is_some(), "{:?}", bad.findings);
+    let said = bad.caution().expect("it is said");
+    assert!(
+        said.starts_with("These numbers are hardly this bench's: on ") && said.contains("a fit of"),
+        "{said}"
+    );
+    for good in [found(&log, &quadratic()), found(&steady(|_| 0.45, 6000), &quadratic())] {
+        assert!(finding(&good, "rates_unexplained").is_none(), "{:?}", good.findings);
+        assert_eq!(good.caution(), None);
+    }
 }
 
 /// A battery that fills while the rotor is driven, and one whose reading freezes.

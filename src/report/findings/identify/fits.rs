@@ -28,6 +28,14 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
             n("pole_rad_s")
         ),
+        "pole_contradicts_steps" if n("up_after_s").is_finite() => format!(
+            "a pole of {:.3} rad/s came out, but half of the steps up are 63 % done after {:.3} s, and half of those down after {:.3} s: this \
+             rotor has two poles, and a fit of one makes up for the other. It is not used; `diagnose --model paper` fits both \
+             (`asymmetric_pole`)",
+            n("pole_rad_s"),
+            n("up_after_s"),
+            n("down_after_s")
+        ),
         "pole_contradicts_steps" => format!(
             "a pole of {:.3} rad/s came out, but the rate has gone 63 % of the way after {:.3} s in half of {} steps: a g(u) that is \
              not of the form of this rotor's curve (a dead zone, a saturation) makes up for its error so. It is not used",
@@ -74,8 +82,9 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             n("highest_command")
         ),
         "rates_unexplained" => format!(
-            "the model leaves {:.1} rad/s of the rates' rms unexplained, a fit of {:.0} %: outliers, commands that hardly show \
-             over the noise, or another bench's log; look at it before the model is used",
+            "the model leaves {:.1} rad/s of the rates' rms unexplained, a fit of {:.0} %: a controller that made the commands, a curve \
+             of another form (`diagnose` tries an offset and a dead zone), outliers, commands that hardly show over the noise, or another \
+             bench's log; look at it before the model is used",
             n("rms_rad_s"),
             n("fit_percent")
         ),

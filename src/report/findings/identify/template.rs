@@ -51,10 +51,18 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             } else {
                 ""
             };
+            let (taken, template) = (n("taken_rad_s_v"), n("template_rad_s_v"));
+            let whose = if taken < template {
+                format!(
+                    "{} rad/(s V) is all of this bench's rate over all of its volts, for the template's {} is more than its motor can have",
+                    format_args!("{taken:.1}"),
+                    short(template)
+                )
+            } else {
+                format!("{} rad/(s V) is the template's, not this bench's", short(template))
+            };
             format!(
-                "k_V = {} rad/(s V) is the template's, not this bench's: {shown}{allowed}; hold a command for minutes while the \
-                 battery falls, or record a PRBS",
-                short(n("template_rad_s_v"))
+                "k_V = {whose}: {shown}{allowed}; hold a command for minutes while the battery falls, or record a PRBS"
             )
         }
         "hover_outside_measured_thrust" => format!(
