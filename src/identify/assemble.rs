@@ -216,11 +216,11 @@ fn seen_rows(log: &ScreenedLog) -> SeenRows {
     }
 }
 
-/// The rotors whose commands step, or move them otherwise, that their runs under the model do not follow.
+/// The rotors whose commands step, or that are far off, that their runs under the model do not follow.
 fn not_explained<'a>(rotors: impl Iterator<Item = &'a RotorLog>, runs: &[&Validation]) -> Vec<Finding> {
     let of = |rotor: &RotorLog| runs.iter().find(|run| run.source == rotor.source()).copied();
     let is_excited =
-        |rotor: &RotorLog, run: &Validation| rotor.jumps().len() >= FEWEST_JUMPS || run.is_moved();
+        |rotor: &RotorLog, run: &Validation| rotor.jumps().len() >= FEWEST_JUMPS || run.is_far_off();
     let asked = rotors.filter_map(|rotor| Some((rotor, of(rotor).filter(|run| is_excited(rotor, run))?)));
     asked.filter_map(|(rotor, run)| unexplained(rotor, run)).collect()
 }

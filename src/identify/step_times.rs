@@ -103,15 +103,15 @@ mod tests {
     fn rotor_of([up, down]: [f64; 2]) -> RotorLog {
         let command = |row: usize| 0.2 + 0.1 * ((row / 300 * 7) % 5) as f64;
         let mut rate = 200.0;
-        let rates = (0..3_000).map(|row| {
+        let rates = (0..6_000).map(|row| {
             let way = 1_000.0 * command(row) - rate;
             rate += way * (1.0 - (-0.01 * if way > 0.0 { up } else { down }).exp());
             rate + ((row * 37 % 11) as f64 - 5.0) * 0.2
         });
-        let time = (0..3_000).map(|row| 0.01 * row as f64).collect();
+        let time = (0..6_000).map(|row| 0.01 * row as f64).collect();
         let mut log = Dataset::new("steps", "", time).unwrap();
         log.insert("propeller_rate_1_rad_s", rates.collect()).unwrap();
-        log.insert("command_1", (0..3_000).map(command).collect()).unwrap();
+        log.insert("command_1", (0..6_000).map(command).collect()).unwrap();
         RotorLog::clone(ScreenedLog::from(log).rotor(1).expect("a rotor").data())
     }
 

@@ -188,9 +188,11 @@ crate::thresholds! {
     gain_off_one: f64 = 0.02, "-", "judgement";
     /// range of exciting commands below which g(u) holds near them only.
     narrow_excitation: f64 = 0.05, "-", "judgement";
-    /// share of the rates' spread from which on that of the modelled ones says that the commands of a log moved its rotor.
-    moved_share: f64 = 0.5, "-", "judgement: noise about a rate that stands is far more than what its commands do";
-    /// fit of a log whose commands move its rotor below which the model does not explain it.
+    /// times the step from one rate to the next, over √2, from which on an error is far off, though no command steps.
+    far_off_noise: f64 = 5.0, "-", "judgement";
+    /// the same as a share of the rates themselves.
+    far_off_share: f64 = 0.05, "-", "judgement: a controller has room for that";
+    /// fit of a log with steps, or that is far off, below which the model does not explain it.
     unexplained_fit: f64 = 40.0, "%", "judgement";
     /// share of the body's motion from which a correlated residual counts: below, summed noise of the rotor rates looks the same.
     unexplained_motion_share: f64 = 0.2, "-", "emulated benches";

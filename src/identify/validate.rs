@@ -30,14 +30,13 @@ pub struct Validation {
 }
 
 impl Validation {
-    /// Whether the model makes the rates move about as much as they do: then what it does not explain is its own, and no noise about a
-    /// rate that stands.
-    pub(crate) fn is_moved(&self) -> bool {
-        let spread = |pick: fn(&(f64, f64, f64)) -> f64| {
-            let mean = mean_of(self.traces.iter().map(pick));
-            self.traces.iter().map(|trace| (pick(trace) - mean).powi(2)).sum::<f64>().sqrt()
-        };
-        spread(|trace| trace.2) > THRESHOLDS.moved_share * spread(|trace| trace.1)
+    /// Whether it is off by far more than noise, and than what matters of a rate: where the commands of a log hardly move its rotor, noise
+    /// and a slow drift are all that there is to explain.
+    pub(crate) fn is_far_off(&self) -> bool {
+        let steps = self.traces.windows(2).map(|pair| (pair[1].1 - pair[0].1).powi(2));
+        let noise = (0.5 * mean_of(steps)).sqrt();
+        let usual = mean_of(self.traces.iter().map(|trace| trace.1.abs()));
+        self.rms > THRESHOLDS.far_off_noise * noise && self.rms > THRESHOLDS.far_off_share * usual
     }
 }
 

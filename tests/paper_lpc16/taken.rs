@@ -347,10 +347,10 @@ fn a_fit_that_explains_little_is_found() {
 #[test]
 fn ramps_that_are_explained_little_are_found_and_said_first() {
     let log = steady(ramps, 7000);
-    let rates = log.column(RATE).expect("there");
-    let mixed = with(&log, RATE, |row, rate| if row % 700 < 350 { rates[(row + 2345) % 7000] } else { rate });
-    let bad = found(&mixed, &quadratic());
-    assert!(finding(&bad, "rates_unexplained").is_some(), "{:?}", bad.findings);
+    let commands = log.column("command_1").expect("there");
+    let kinked = with(&log, RATE, |row, _| 20.0 + 4_000.0 * (commands[row] - 0.4).max(0.0));
+    let bad = found(&kinked, &IdentifySettings { degree: Some(1), ..IdentifySettings::default() });
+    assert!(finding(&bad, "rates_unexplained").is_some(), "{:?} {:?}", bad.training, bad.findings);
     let said = bad.caution().expect("it is said");
     assert!(
         said.starts_with("These numbers are hardly this bench's: on ") && said.contains("a fit of"),

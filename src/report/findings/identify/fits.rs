@@ -9,6 +9,25 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     of_residuals(finding).or_else(|| of_significance(finding))
 }
 
+/// A pole that the steps themselves speak against, and what it makes up for.
+fn contradicted(finding: &Finding) -> String {
+    let n = |name: &str| finding.number(name);
+    let pole = format!("a pole of {:.3} rad/s came out, but", n("pole_rad_s"));
+    let (up, down) = (n("up_after_s"), n("down_after_s"));
+    if up.is_finite() && down.is_finite() {
+        return format!(
+            "{pole} half of the steps up are 63 % done after {up:.3} s, and half of those down after {down:.3} s: this rotor has two poles, \
+             and a fit of one makes up for the other. It is not used; `diagnose --model paper` fits both"
+        );
+    }
+    format!(
+        "{pole} the rate has gone 63 % of the way after {:.3} s in half of {} steps: a g(u) that is not of the form of this rotor's curve (a \
+         dead zone, a saturation) makes up for its error so. It is not used",
+        n("risen_after_s"),
+        finding.count("steps")
+    )
+}
+
 /// Where fits contradict each other or leave something over.
 fn of_residuals(finding: &Finding) -> Option<String> {
     let n = |name: &str| finding.number(name);
@@ -28,21 +47,7 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
             n("pole_rad_s")
         ),
-        "pole_contradicts_steps" if n("up_after_s").is_finite() => format!(
-            "a pole of {:.3} rad/s came out, but half of the steps up are 63 % done after {:.3} s, and half of those down after {:.3} s: this \
-             rotor has two poles, and a fit of one makes up for the other. It is not used; `diagnose --model paper` fits both \
-             (`asymmetric_pole`)",
-            n("pole_rad_s"),
-            n("up_after_s"),
-            n("down_after_s")
-        ),
-        "pole_contradicts_steps" => format!(
-            "a pole of {:.3} rad/s came out, but the rate has gone 63 % of the way after {:.3} s in half of {} steps: a g(u) that is \
-             not of the form of this rotor's curve (a dead zone, a saturation) makes up for its error so. It is not used",
-            n("pole_rad_s"),
-            n("risen_after_s"),
-            finding.count("steps")
-        ),
+        "pole_contradicts_steps" => contradicted(finding),
         "curve_falls" => format!(
             "g(u) falls between the commands {:.3} and {:.3}, as no rotor does: the model is not one of this rotor there, and \
              controllers refuse it; record levels over the whole range, or give a lower --degree",
