@@ -74,7 +74,7 @@ fn pages_of_the_guide_have_the_same_headings() {
 const PLACES: [(&str, &[&str], &str); 13] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows"], "campaign"),
-    ("speed", &["peers", "logs"], "peers"),
+    ("speed", &["peers", "logs", "laws"], "peers"),
     ("speed", &["bench"], "bench"),
     (
         "long-runs",
