@@ -80,7 +80,8 @@ mod tests {
             explained(&ScreeningError::nothing_in_common(&[&log]))
         };
         assert!(
-            said(Betaflight.name()).contains("f.bbl holds nothing but time\n  Betaflight logs the rates")
+            said(Betaflight.name())
+                .contains("f.bbl holds nothing but time\n  Betaflight logs rates, from 4.5 on,")
         );
         assert!(said("").ends_with("f.bbl holds nothing but time"), "{}", said(""));
     }

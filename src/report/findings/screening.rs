@@ -185,18 +185,15 @@ pub(super) fn rates_of(format: &str) -> &'static str {
     let known: [(&dyn LogFormat, &str); 3] = [
         (
             &Betaflight,
-            "; Betaflight logs the rates, from 4.5 on, of ESCs that speak bidirectional DShot: `set dshot_bidir = ON`, \
-             `set blackbox_disable_rpm = OFF`",
+            "; Betaflight logs rates, from 4.5 on, by bidirectional DShot: `set dshot_bidir = ON`, `set blackbox_disable_rpm = OFF`",
         ),
         (
             &Ulog,
-            "; PX4 logs the rates as `esc_status`, of ESCs that send telemetry: bidirectional DShot (`DSHOT_BIDIR_EN`), a telemetry wire \
-             (`DSHOT_TEL_CFG`) or DroneCAN",
+            "; PX4 logs rates (`esc_status`) by bidirectional DShot (`DSHOT_BIDIR_EN`), a telemetry wire (`DSHOT_TEL_CFG`) or DroneCAN",
         ),
         (
             &DataFlash,
-            "; ArduPilot logs the rates as `ESC`, of ESCs that send telemetry: bidirectional DShot (`SERVO_BLH_BDMASK`), a telemetry wire \
-             or DroneCAN",
+            "; ArduPilot logs rates (`ESC`) by bidirectional DShot (`SERVO_BLH_BDMASK`), a telemetry wire or DroneCAN",
         ),
     ];
     known.iter().find(|(known, _)| known.name() == format).map_or("", |(_, instead)| instead)
