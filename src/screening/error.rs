@@ -45,8 +45,42 @@ fn columns(log: &Dataset) -> String {
         let empty = !log.column(name).unwrap_or(&[]).iter().any(|value| value.is_finite());
         if empty { format!("`{name}` (without a value)") } else { format!("`{name}`") }
     };
-    let names: Vec<String> = log.names().map(name).collect();
+    let mut names: Vec<String> = Vec::new();
+    let mut all = log.names().peekable();
+    while let Some(first) = all.next() {
+        let (mut last, said) = (first, name(first));
+        while let Some(next) =
+            all.next_if(|next| follows(last, next) && name(next) == said.replace(first, next))
+        {
+            last = next;
+        }
+        // Of two each stands for itself.
+        let is_run = last != first && !follows(first, last);
+        let others = if last == first { String::new() } else { name(last) };
+        names.push(match (is_run, others.is_empty()) {
+            (true, _) => format!("{said} to {others}"),
+            (false, false) => format!("{said}, {others}"),
+            (false, true) => said,
+        });
+    }
     if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") }
+}
+
+/// Whether a column is the next one of a numbered kind: `command_2` behind `command_1`.
+fn follows(name: &str, next: &str) -> bool {
+    let parts = |name: &str| {
+        let place = name.split('_').position(|part| part.parse::<usize>().is_ok())?;
+        let number: usize = name.split('_').nth(place)?.parse().ok()?;
+        let others: Vec<String> = name
+            .split('_')
+            .enumerate()
+            .filter(|(at, _)| *at != place)
+            .map(|(_, part)| part.to_owned())
+            .collect();
+        Some((others, number))
+    };
+    let (Some((kind, number)), Some((other, next))) = (parts(name), parts(next)) else { return false };
+    kind == other && number.checked_add(1) == Some(next)
 }
 
 #[cfg(test)]
@@ -62,5 +96,16 @@ mod tests {
             panic!("another error");
         };
         assert_eq!(held, ["a.csv holds `command_1`, `current_1_a` (without a value)"]);
+    }
+
+    #[test]
+    fn three_and_more_columns_of_a_kind_are_said_by_their_ends() {
+        let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
+        for name in ["command_1", "command_2", "command_3", "current_1_a", "current_2_a", "command_5"] {
+            log.insert(name, vec![0.6; 2]).expect("fits");
+        }
+        assert_eq!(columns(&log), "`command_1` to `command_3`, `current_1_a`, `current_2_a`, `command_5`");
+        log.replace("command_2", vec![f64::NAN; 2]).expect("fits");
+        assert!(columns(&log).starts_with("`command_1`, `command_2` (without a value), `command_3`, "));
     }
 }

@@ -81,7 +81,7 @@ mod tests {
         };
         assert!(
             said(Betaflight.name())
-                .contains("f.bbl holds nothing but time\n  Betaflight logs rates, from 4.5 on,")
+                .contains("f.bbl holds nothing but time\n  Betaflight logs rates from 4.5 on")
         );
         assert!(said("").ends_with("f.bbl holds nothing but time"), "{}", said(""));
     }

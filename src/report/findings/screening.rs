@@ -185,7 +185,7 @@ pub(super) fn rates_of(format: &str) -> &'static str {
     let known: [(&dyn LogFormat, &str); 3] = [
         (
             &Betaflight,
-            "; Betaflight logs rates, from 4.5 on, by bidirectional DShot: `set dshot_bidir = ON`, `set blackbox_disable_rpm = OFF`",
+            "; Betaflight logs rates from 4.5 on with `dshot_bidir = ON`, `blackbox_disable_rpm = OFF`",
         ),
         (
             &Ulog,
