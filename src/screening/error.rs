@@ -100,12 +100,18 @@ mod tests {
 
     #[test]
     fn three_and_more_columns_of_a_kind_are_said_by_their_ends() {
-        let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
-        for name in ["command_1", "command_2", "command_3", "current_1_a", "current_2_a", "command_5"] {
-            log.insert(name, vec![0.6; 2]).expect("fits");
-        }
-        assert_eq!(columns(&log), "`command_1` to `command_3`, `current_1_a`, `current_2_a`, `command_5`");
-        log.replace("command_2", vec![f64::NAN; 2]).expect("fits");
-        assert!(columns(&log).starts_with("`command_1`, `command_2` (without a value), `command_3`, "));
+        let said = |without: &str| {
+            let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
+            for name in ["command_1", "command_2", "command_3", "current_1_a", "current_2_a", "command_5"] {
+                log.insert(name, vec![if name == without { f64::NAN } else { 0.6 }; 2]).expect("fits");
+            }
+            columns(&log)
+        };
+        assert_eq!(said(""), "`command_1` to `command_3`, `current_1_a`, `current_2_a`, `command_5`");
+        let one_empty = said("command_2");
+        assert!(
+            one_empty.starts_with("`command_1`, `command_2` (without a value), `command_3`, "),
+            "{one_empty}"
+        );
     }
 }

@@ -317,9 +317,9 @@ mod tests {
             sentence(&finding.with("columns", vec!["command_1".to_owned()]).with("format", format))
         };
         for (format, words) in [
-            (Betaflight.name(), "`set dshot_bidir = ON`, `set blackbox_disable_rpm = OFF`"),
-            (Ulog.name(), "as `esc_status`, of ESCs that send telemetry"),
-            (DataFlash.name(), "as `ESC`, of ESCs that send telemetry"),
+            (Betaflight.name(), "with `dshot_bidir = ON`, `blackbox_disable_rpm = OFF`"),
+            (Ulog.name(), "PX4 logs rates (`esc_status`) by bidirectional DShot"),
+            (DataFlash.name(), "ArduPilot logs rates (`ESC`) by bidirectional DShot"),
         ] {
             assert!(said(format).contains(words), "{}", said(format));
         }
