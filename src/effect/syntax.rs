@@ -281,9 +281,6 @@ impl Reader<'_> {
             }
             self.emit(Operation::Unary(*unary));
         } else if let Some(operation) = of_two(function) {
-            if matches!(operation, Operation::Remember(_)) && self.compiled.program.remembers() {
-                return Err((column, "one play, lag or relay is all that a law may have".to_owned()));
-            }
             self.sum()?;
             if self.take(",").is_none() {
                 return Err((column, format!("`{function}` takes two values, with a comma between them")));
@@ -291,6 +288,10 @@ impl Reader<'_> {
             self.sum()?;
             if self.take(",").is_some() {
                 return Err((self.last(), format!("`{function}` takes two values")));
+            }
+            // Asked behind what stands in its bracket: that may remember, too.
+            if matches!(operation, Operation::Remember(_)) && self.compiled.program.remembers() {
+                return Err((column, "one play, lag or relay is all that a law may have".to_owned()));
             }
             self.emit(operation);
         } else {

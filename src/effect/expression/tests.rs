@@ -332,6 +332,13 @@ fn one_memory_is_all_that_a_law_has_where_it_may_have_one() {
     let twice = Expression::parse("k*play(command,k)+lag(command,k)", &["k"]).expect_err("two");
     let ExpressionError::Syntax { column, .. } = &twice;
     assert_eq!(*column, 18, "{twice}");
+    // Within each other they would have one place for what both remember.
+    for within in
+        ["k*relay(lag(command,k),k)", "k*lag(command,play(command,k))", "k*relay(relay(command,k),k)"]
+    {
+        let error = Expression::parse(within, &["k"]).expect_err("two within each other");
+        assert!(error.to_string().contains("one play, lag or relay is all that a law may have"), "{error}");
+    }
     let of = |site| Expression::parse("k*play(command,k)", &["k"]).expect("parses").at(site);
     assert!(of(Site::Command).is_ok() && of(Site::SteadyRate).is_ok());
     assert!(of(Site::RotorAcceleration).is_err());
