@@ -259,6 +259,14 @@ fn a_letter_before_another_columns_name_is_something_else_of_it() {
     let found = guess_of(&columns.each_ref().map(|(name, values)| (*name, &values[..])));
     let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
     assert_eq!(signals, ["time_s", "u_yaw", "u_pitch", "w_yaw", "w_pitch", "yaw", "body_angle_rad"]);
+    // Not so what is known by itself: a rate in electrical turns, a rotor's own command, what has a unit.
+    let columns = [("t (s)", 0.1), ("RPM", 0.0), ("eRPM", 4e4), ("throttle", 50.0), ("m2_throttle", 40.0)];
+    let columns = columns.map(|(name, value)| (name, [value, 1.1 * value]));
+    let found = guess_of(&columns.each_ref().map(|(name, values)| (*name, &values[..])));
+    is(&found[2], "propeller_rate_1_rad_s", "rpm", Certainty::Electrical);
+    assert_eq!([&found[3].0, &found[4].0], ["command_1", "command_2"]);
+    let found = guess_of(&[("battery (%)", &[90.0, 89.0]), ("V_battery (V)", &[12.0, 11.9])]);
+    is(&found[1], "battery_voltage_v", "V", Certainty::Named);
     // Also without the angle beside it, a voltage and a rate of an axis are no angle and no propeller's rate.
     let found = guess_of(&[("U_PITCH", &[0.1, 0.2]), ("W_YAW", &[0.1, 0.2])]);
     assert!(found.iter().all(|it| it.2 == Certainty::Unknown), "{found:?}");

@@ -26,6 +26,9 @@ const ENDINGS: [(&[&str], &str); 19] = [
     (&["c"], "degC"),
 ];
 
+/// Axes of a body: with a letter before it each of them is a voltage, a rate or a torque of that axis, whatever unit it has.
+const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
+
 /// How revolutions a minute are written, too.
 const PER_MINUTE: [&str; 5] = ["1/min", "u/min", "r/min", "rev/min", "min-1"];
 
@@ -84,11 +87,14 @@ impl Words {
         self.has("electrical_speed") && !self.is_electrical()
     }
 
-    /// Whether it is a letter of a formula before the words of another column: `W_YAW` beside `YAW` is something else of it.
+    /// Whether it is a letter of a formula before the words of another column: `W_YAW` beside `YAW` is something else of it. An `eRPM`
+    /// beside `RPM` is known, `m1_throttle` beside `throttle` is a rotor's, and of `V_battery [V]` the unit says what it is.
     pub fn is_letter_and(&self, other: &Self) -> bool {
         let is_letter = |word: &String| word.chars().count() == 1;
-        !other.words.is_empty()
-            && self.words.split_first().is_some_and(|(first, rest)| is_letter(first) && rest == other.words)
+        let is_said = self.unit.is_some() && !AXES.iter().any(|axis| self.has(axis));
+        let begins = |(first, rest): (&String, &[String])| is_letter(first) && rest == other.words;
+        !(other.words.is_empty() || is_said || self.is_electrical() || self.number != other.number)
+            && self.words.split_first().is_some_and(begins)
     }
 
     /// Whether this word says that, and nothing more.
