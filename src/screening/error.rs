@@ -2,6 +2,7 @@
 
 use super::Finding;
 use crate::log::Dataset;
+use crate::signal::columns::is_propeller_rate;
 
 /// A log, or what it lacks, that no fit can start from.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -25,7 +26,7 @@ pub enum ScreeningError {
     NothingInCommon {
         /// What each log holds.
         held: Vec<String>,
-        /// Formats of other programs that they came in.
+        /// Formats of other programs in which those came that hold no rotor's rate.
         formats: Vec<&'static str>,
     },
 }
@@ -35,7 +36,9 @@ impl ScreeningError {
     #[must_use]
     pub fn nothing_in_common(logs: &[&Dataset]) -> Self {
         let held = |log: &&Dataset| format!("{} holds {}", log.source_name(), columns(log));
-        let formats = logs.iter().map(|log| log.format()).filter(|format| !format.is_empty());
+        let has_rate = |log: &Dataset| log.names().any(|it| is_propeller_rate(it) && log.has(it));
+        let without = logs.iter().filter(|log| !has_rate(log));
+        let formats = without.map(|log| log.format()).filter(|format| !format.is_empty());
         Self::NothingInCommon { held: logs.iter().map(held).collect(), formats: formats.collect() }
     }
 }

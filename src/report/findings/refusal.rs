@@ -43,7 +43,8 @@ pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
         Some(ScreeningError::Column(finding)) => return Some(sentence(finding)),
         Some(error @ ScreeningError::NothingInCommon { formats, .. }) => {
             // On a line of its own: what a log holds is long.
-            let rates = formats.first().map_or("", |format| rates_of(format));
+            let rates =
+                formats.iter().map(|format| rates_of(format)).find(|rates| !rates.is_empty()).unwrap_or("");
             return Some(format!("{error}{}", rates.replacen("; ", "\n  ", 1)));
         }
         _ => {}
@@ -84,5 +85,14 @@ mod tests {
                 .contains("f.bbl holds nothing but time\n  Betaflight logs rates from 4.5 on")
         );
         assert!(said("").ends_with("f.bbl holds nothing but time"), "{}", said(""));
+        let flight =
+            |format| Dataset::new("f.bbl", "", vec![0.0, 1.0]).expect("time rises").of_format(format);
+        let mut with_rates = flight(Betaflight.name());
+        with_rates.insert("propeller_rate_1_rad_s", vec![700.0; 2]).expect("fits");
+        let said = |logs: &[&Dataset]| explained(&ScreeningError::nothing_in_common(logs));
+        assert!(!said(&[&with_rates]).contains("logs rates from"), "the commands are missing, and no rate");
+        // Another format beside it needs no such words.
+        let both = said(&[&flight("Parquet"), &flight(Betaflight.name())]);
+        assert!(both.contains("Betaflight logs rates from 4.5 on"), "{both}");
     }
 }

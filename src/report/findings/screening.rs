@@ -12,6 +12,7 @@ use crate::log::signals::log_signal;
 use crate::log::ulog::Ulog;
 use crate::report::number;
 use crate::screening::Finding;
+use crate::signal::columns;
 use crate::unit::short;
 
 /// The sentence of a finding of this room; `text` says what another finding says, which it rests on.
@@ -244,7 +245,14 @@ fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
             own_channels(finding)
         ),
         "no_rotor_columns" => {
-            let instead = rates_of(finding.text("format"));
+            // Where rates are there, it is the commands that are not.
+            let is_rate = |name: &&String| columns::is_propeller_rate(name);
+            let has_rates = finding
+                .texts("columns")
+                .iter()
+                .filter(is_rate)
+                .any(|it| !finding.texts("empty_columns").contains(it));
+            let instead = if has_rates { "" } else { rates_of(finding.text("format")) };
             format!(
                 "it has no command_N with a propeller_rate_N_rad_s beside it; it holds {}{instead}",
                 holds()
@@ -324,6 +332,17 @@ mod tests {
             assert!(said(format).contains(words), "{}", said(format));
         }
         assert!(said("").ends_with("it holds command_1"), "{}", said(""));
+        let lacks_one =
+            Finding::new("log_not_used", "").with("reason", "no_rotor_columns").with("format", Ulog.name());
+        let held = ["command_2", "propeller_rate_1_rad_s"].map(str::to_owned).to_vec();
+        let lacks_one = lacks_one.with("columns", held);
+        assert!(
+            sentence(&lacks_one).ends_with("it holds command_2, propeller_rate_1_rad_s"),
+            "{}",
+            sentence(&lacks_one)
+        );
+        let empty = lacks_one.with("empty_columns", vec!["propeller_rate_1_rad_s".to_owned()]);
+        assert!(sentence(&empty).contains("PX4 logs rates"), "{}", sentence(&empty));
     }
 
     #[test]
