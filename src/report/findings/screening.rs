@@ -307,6 +307,19 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_a_body_that_are_too_far_apart_are_no_levels() {
+        let body = Finding::new("samples_too_far_apart", "body_rate_rad_s").with("interval_s", 10.0);
+        assert!(
+            sentence(&body).ends_with("of a thrust stand, leave the body's columns out"),
+            "{}",
+            sentence(&body)
+        );
+        let rotor = Finding::of_rotor("samples_too_far_apart", 1).with("interval_s", 10.0);
+        let said = sentence(&rotor.with("most_rows", 200).with("rows_a_level", 3));
+        assert!(said.ends_with("give each level up to 3 rows, and a file up to 200"), "{said}");
+    }
+
+    #[test]
     fn a_log_whose_rate_reads_nothing_names_the_column_that_moves() {
         let texts = |name: &str| vec![name.to_owned()];
         let finding = || Finding::new("log_not_used", "").with("reason", "no_rate_under_command");

@@ -12,11 +12,18 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     let said = match finding.code {
         "samples_too_far_apart" => format!(
             "samples are {:.0} s apart, too far for any rotor or body to be seen moving; if the time is in milliseconds or \
-             microseconds, import it with unit `ms` or `us`; if each row is a level of a thrust stand, give each level up to {} rows, \
-             and a file up to {}",
+             microseconds, import it with unit `ms` or `us`; {}",
             number("interval_s"),
-            number("rows_a_level"),
-            number("most_rows")
+            // Of a body's rows nobody knows that they are levels.
+            if finding.is_of_rotor {
+                format!(
+                    "if each row is a level of a thrust stand, give each level up to {} rows, and a file up to {}",
+                    number("rows_a_level"),
+                    number("most_rows")
+                )
+            } else {
+                "if each row is a level of a thrust stand, leave the body's columns out".to_owned()
+            }
         ),
         "rows_are_levels" => format!(
             "each of the {rows} rows, {:.0} s apart, is taken as a level at which the rotor had settled: `identify` takes the static \
