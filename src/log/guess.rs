@@ -17,6 +17,7 @@ use super::sniff::SampledColumn;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{extremes, median, quantile};
 use crate::signal::columns;
+use crate::unit::Unit;
 
 /// Values of a column that are shown beside the guess.
 const SHOWN: usize = 5;
@@ -127,7 +128,16 @@ fn is_zero(column: &SampledColumn) -> bool {
     column.values.iter().all(|value| value.is_nan() || *value == 0.0)
 }
 
-/// The signals of a guess as a mapping has them, time apart; where a body's angle is there and no rate, its rate is the angle's slope.
+/// [s] from row to row, by the first values of the time; `None` where no column is the time.
+#[must_use]
+pub fn rows_apart(guessed: &[GuessedColumn]) -> Option<f64> {
+    let time = guessed.iter().find(|it| it.signal == columns::TIME)?;
+    let unit = Unit::parse(&time.unit, "s").ok()?;
+    median(time.samples.windows(2).map(|pair| unit.to_si(pair[1]) - unit.to_si(pair[0])))
+}
+
+/// The signals of a guess as a mapping has them, time apart; where a body's angle is there and no rate, its rate is the angle's slope,
+/// unless the rows are so far apart that none shows: the table of a thrust stand names its propeller's pitch.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
     let signals = guessed.iter().filter(|it| it.signal != columns::TIME && it.certainty.is_read());
@@ -149,7 +159,8 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         instead: false,
     });
     let mut mapped: Vec<SignalMapping> = mapped.collect();
-    let angle = mapped.iter().find(|it| it.name == columns::BODY_ANGLE);
+    let is_slow = rows_apart(guessed).is_some_and(|step| step > THRESHOLDS.guess_interval.1);
+    let angle = mapped.iter().find(|it| it.name == columns::BODY_ANGLE && !is_slow);
     if let Some(angle) = angle.filter(|_| mapped.iter().all(|it| it.name != columns::BODY_RATE)) {
         let unit = angle.unit.as_ref().map(|unit| format!("{unit}/s"));
         mapped.push(SignalMapping {

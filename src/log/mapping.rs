@@ -260,6 +260,14 @@ impl MappingConfig {
                 signal: signal.name.clone(),
                 reason,
             })?;
+            if signal.slope && self.time.as_ref().is_some_and(|time| time.levels) {
+                let reason = "`slope` wants a clock: the rows of `levels = true` have none".to_owned();
+                return Err(MappingError::Signal {
+                    path: path.to_owned(),
+                    signal: signal.name.clone(),
+                    reason,
+                });
+            }
             units.push(unit);
         }
         Ok(Mapping { name: path.display().to_string(), config: self, encoding, filter, time_unit, units })

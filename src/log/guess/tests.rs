@@ -225,12 +225,20 @@ fn a_rate_by_poles_stands_in_for_a_probe_that_reads_nothing() {
 
 #[test]
 fn the_rate_of_a_body_without_one_is_the_slope_of_its_angle() {
-    let column = |name: &str| SampledColumn { name: name.to_owned(), values: vec![10.0, 20.0, 30.0] };
+    let column = |name: &str| {
+        let values = if name == "time (s)" { vec![0.1, 0.2, 0.3] } else { vec![10.0, 20.0, 30.0] };
+        SampledColumn { name: name.to_owned(), values }
+    };
     let signals = signals(&guess(&["time (s)", "angulo_deg"].map(column)));
     let found: Vec<_> = signals.iter().map(|it| (it.name.as_str(), it.unit.as_deref(), it.slope)).collect();
     assert_eq!(found, [("body_angle_rad", Some("deg"), false), ("body_rate_rad_s", Some("deg/s"), true)]);
     assert!(signals[1].check(&signals[..1]).is_ok());
     let signals = super::signals(&guess(&["time (s)", "angle (deg)", "gyro (deg/s)"].map(column)));
+    assert!(signals.iter().all(|it| !it.slope), "{signals:?}");
+    // The table of a thrust stand with its propeller's pitch: no body.
+    let mut table = ["time (s)", "pitch (deg)"].map(column);
+    table[0].values = vec![10.0, 22.0, 31.0];
+    let signals = super::signals(&guess(&table));
     assert!(signals.iter().all(|it| !it.slope), "{signals:?}");
 }
 

@@ -191,6 +191,11 @@ fn errors_name_the_place_and_the_signal() {
             "m.toml: signal `command_1`: `weights` are of a `combine = \"sum\"`, one for each of its `columns`"
         );
     }
+    let levels = "[time]\nlevels = true\n[[signal]]\nname = \"body_rate_rad_s\"\ncolumn = \"a\"\nunit = \"deg/s\"\nslope = true\n";
+    assert_eq!(
+        error(levels),
+        "m.toml: signal `body_rate_rad_s`: `slope` wants a clock: the rows of `levels = true` have none"
+    );
     let none = "columns = [\"u\", \"v\"]\ncombine = \"sum\"\nweights = [1.0, 0.0]\nunit = \"-\"\n";
     assert_eq!(error(&signal(none)), "m.toml: signal `command_1`: `weights` are numbers other than 0");
     assert_eq!(
