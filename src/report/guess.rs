@@ -1,13 +1,12 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
 use super::TextTable;
-use crate::estimation::quantile::median;
-use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command};
+use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command, rows_apart};
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
 use crate::signal::columns;
-use crate::unit::{Unit, short};
+use crate::unit::short;
 
 /// How sure a guess is, in words.
 #[must_use]
@@ -60,9 +59,10 @@ pub fn text(guessed: &GuessedLog) -> String {
     }
     let mut text = table.text();
     if let Some(name) = guessed.shipped {
+        let rate = rate_by_poles(guessed).map(|it| format!(", and the rate from `{}`", it.column));
         text += &format!(
-            "The shipped mapping `{name}` knows these columns and reads the same signals: `--mapping {name}` \
-             reads this log.\n"
+            "The shipped mapping `{name}` knows these columns and reads the same signals{}: `--mapping {name}` reads this log.\n",
+            rate.unwrap_or_default()
         );
     }
     if guessed.mapping.time.is_none() {
@@ -91,12 +91,7 @@ pub fn text(guessed: &GuessedLog) -> String {
 fn of_levels(guessed: &[GuessedColumn]) -> String {
     let is_of_rotor =
         |it: &GuessedColumn| columns::is_command(&it.signal) || columns::is_propeller_rate(&it.signal);
-    let time =
-        guessed.iter().find(|it| it.signal == columns::TIME).filter(|_| guessed.iter().any(is_of_rotor));
-    let step = time.and_then(|time| {
-        let unit = Unit::parse(&time.unit, "s").ok()?;
-        median(time.samples.windows(2).map(|pair| unit.to_si(pair[1]) - unit.to_si(pair[0])))
-    });
+    let step = rows_apart(guessed).filter(|_| guessed.iter().any(is_of_rotor));
     match step.filter(|step| *step > THRESHOLDS.slow_rows) {
         Some(step) => format!(
             "Rows are {} s apart. If each is a level at which the rotor had settled (a thrust stand's table), the mapping has \
@@ -107,11 +102,16 @@ fn of_levels(guessed: &[GuessedColumn]) -> String {
     }
 }
 
+/// The electrical speed of a stand in whose log no rate was recognised.
+fn rate_by_poles(guessed: &GuessedLog) -> Option<&GuessedColumn> {
+    let has_rate = guessed.columns.iter().any(|it| columns::is_propeller_rate(&it.signal));
+    let by_poles = |it: &&GuessedColumn| is_divided_by_poles(&it.column) && !it.reads_zero;
+    guessed.columns.iter().find(by_poles).filter(|_| !has_rate)
+}
+
 /// What to look at where the sensor of a rotor's rate reads nothing but 0, or a stand's electrical speed is the only rate.
 fn of_rates(guessed: &GuessedLog) -> String {
     let is_rate = |it: &&GuessedColumn| columns::is_propeller_rate(&it.signal);
-    let has_rate = guessed.columns.iter().any(|it| is_rate(&it));
-    let by_poles = |it: &&GuessedColumn| is_divided_by_poles(&it.column) && !it.reads_zero;
     let dead =
         guessed.columns.iter().filter(|it| it.reads_zero && (is_rate(it) || is_divided_by_poles(&it.column)));
     let dead: Vec<String> = dead.map(|it| format!("`{}`", it.column)).collect();
@@ -123,8 +123,8 @@ fn of_rates(guessed: &GuessedLog) -> String {
             signal = it.signal
         );
     }
-    match guessed.columns.iter().find(by_poles) {
-        Some(it) if !has_rate => format!(
+    match rate_by_poles(guessed) {
+        Some(it) => format!(
             "No rate of a rotor was recognised. If `{column}` is it, `--column '{column}=propeller_rate_1_rad_s:rpm'` where the stand's \
              software was given the motor's poles, else `erpm/7` of a motor with 14 magnets\n",
             column = it.column
@@ -279,6 +279,11 @@ mod tests {
         let said = text(&guessed("Time (s),ESC (µs),Motor Electrical Speed (RPM)\n0,1000,10\n0.1,1200,20\n"));
         let asks = "`--column 'Motor Electrical Speed (RPM)=propeller_rate_1_rad_s:rpm'`";
         assert!(said.contains(asks), "{said}");
+        // The shipped mapping takes it, and says so.
+        let head = "Time (s),ESC (µs),Thrust (N),Voltage (V),Current (A),Motor Electrical Speed (RPM)";
+        let said = text(&guessed(&format!("{head}\n0,1000,1,12,1,10\n0.1,1200,2,12,1,20\n")));
+        let reads = "reads the same signals, and the rate from `Motor Electrical Speed (RPM)`: `--mapping rcbenchmark`";
+        assert!(said.contains(reads) && said.contains(asks), "{said}");
     }
 
     #[test]

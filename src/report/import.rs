@@ -123,7 +123,7 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
     }
     lines.extend(notes.instead.iter().map(|it| {
         let Instead { signal, read, dead } = it;
-        format!("note: `{signal}` is read from `{read}`, for `{dead}` reads nothing but 0")
+        format!("note: `{signal}` is read from `{read}`, for `{dead}` holds no value but 0")
     }));
     if !notes.unused_columns.is_empty() {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
