@@ -11,7 +11,7 @@ use crate::effect::Law;
 use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::log::signals::rotor_of;
-use crate::model::{Equations, Model, RotorInput, RotorStart, RotorTrace};
+use crate::model::{Equations, Model, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{ScreenedLog, readings};
 use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE};
 use crate::signal::{ROTORS, side};
@@ -86,6 +86,7 @@ fn actuator(
     let is_left_out = |row: usize| rate[row].is_finite() && !judged.is_scored(row);
     let in_part = judged.stretches().iter().cloned().flatten().any(is_left_out);
     let (mut squares, mut count) = (0.0, 0.0);
+    let mut last_end = None;
     for rows in judged.stretches().iter().cloned() {
         let time = &log.time()[rows.clone()];
         let shown = &rate[rows.clone()];
@@ -103,7 +104,19 @@ fn actuator(
             voltage: battery.map(|volts| &volts[rows.clone()]),
             side: side(rotor),
         };
-        let modelled = rotor_run(equations, &input, rows.start == 0, (shown, &measured), is_slow);
+        // Where a fit finds how warm each stretch began, the stretches do not see each other.
+        let last = last_end.take_if(|_| !is_slow);
+        let before = last
+            .zip(time.first())
+            .map(|((ended, end), begins): ((f64, Remembered), &f64)| end.across(begins - ended));
+        let start = RotorStart {
+            rate: shown.first().copied().filter(|rate| rate.is_finite()),
+            is_first: rows.start == 0,
+            before,
+            ..RotorStart::default()
+        };
+        let (modelled, end) = rotor_run(equations, &input, start, &measured, is_slow);
+        last_end = time.last().copied().zip(end);
         let (added, over) = one_step_squares(time, (&measured, &modelled), model.actuator.pole);
         (squares, count) = (squares + added, count + over);
         block.add_part(in_part.then_some(&measured), rows, &modelled);
@@ -129,19 +142,14 @@ fn one_step_squares(time: &[f64], (measured, modelled): (&[f64], &[f64]), pole: 
     (squares, count)
 }
 
-/// Rate that the telemetry would show over a stretch, started at the first measured value; of `scored` a slow state is learned.
+/// Rate that the telemetry would show over a stretch, and what the next one remembers of it; of `scored` a slow state is learned.
 fn rotor_run(
     equations: &Equations,
     input: &RotorInput,
-    is_first: bool,
-    (measured, scored): (&[f64], &[f64]),
+    mut start: RotorStart,
+    scored: &[f64],
     is_slow: bool,
-) -> Vec<f64> {
-    let mut start = RotorStart {
-        rate: measured.first().copied().filter(|rate| rate.is_finite()),
-        is_first,
-        ..RotorStart::default()
-    };
+) -> (Vec<f64>, Option<Remembered>) {
     let mut trace = RotorTrace::default();
     equations.simulate_rotor(input, &start, &mut trace);
     if is_slow {
@@ -160,7 +168,7 @@ fn rotor_run(
         start.slow = if size > 0.0 { THRESHOLDS.slow_trial * along / size } else { 0.0 };
         equations.simulate_rotor(input, &start, &mut trace);
     }
-    trace.measured
+    (trace.measured, trace.end)
 }
 
 /// Measured rate to thrust.
@@ -190,4 +198,50 @@ fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: u
         block.add_scored(stretch.rows.clone(), &scored[stretch.rows], &modelled);
     }
     block.is_scored(log).then_some(block)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::compare;
+    use super::*;
+    use crate::effect::Site;
+    use crate::model::UserEffect;
+
+    /// Commands between the thresholds on both sides of a hole: only what was remembered says which level holds.
+    #[test]
+    fn a_relay_keeps_its_level_across_a_hole() {
+        let time: Vec<f64> = (0..2400).map(|row| 0.01 * f64::from(row)).collect();
+        let levels = [0.40, 0.47, 0.44, 0.48, 0.55, 0.45, 0.44, 0.47];
+        let command: Vec<f64> = (0..2400).map(|row| levels[row / 300]).collect();
+        for (site, size) in [(Site::SteadyRate, 30.0), (Site::Command, 0.02)] {
+            let mut model = Model::paper();
+            model.user_effects.push(UserEffect {
+                id: "snap".to_owned(),
+                site,
+                expression: format!("{size}*relay(command-0.46,0.05)"),
+                parameters: Vec::new(),
+                meaning: String::new(),
+            });
+            model = model.with(&model.effect("snap").expect("it parses"));
+            let input =
+                RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
+            let mut trace = RotorTrace::default();
+            model.equations().expect("binds").simulate_rotor(&input, &RotorStart::default(), &mut trace);
+            let noise = |row: usize| ((row * 37 % 11) as f64 - 5.0) * 0.2;
+            // Rows are missing within each level.
+            let kept = |row: &usize| !(150..170).contains(&(row % 300));
+            let only = |value: &dyn Fn(usize) -> f64| (0..2400).filter(kept).map(value).collect::<Vec<f64>>();
+            let log = Dataset::made(
+                only(&|row| time[row]),
+                [
+                    ("command_1", only(&|row| command[row])),
+                    ("propeller_rate_1_rad_s", only(&|row| trace.rate[row] + noise(row))),
+                ],
+            );
+            let found = compare(&[model], &log.into(), &CompareConfig::default()).expect("a rotor");
+            let residual = found[0].blocks[0].trace.residual();
+            let rms = (residual.iter().map(|it| it * it).sum::<f64>() / residual.len() as f64).sqrt();
+            assert!(rms < 1.5, "{site:?}: {rms} rad/s, of a noise of 0.6");
+        }
+    }
 }

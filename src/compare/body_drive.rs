@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::estimation::slope::{finite_slope, forward_slopes};
 use crate::log::segments::held_throughout;
 use crate::log::{Cells, Dataset};
-use crate::model::{BodyInput, Equations, LagInverse, RotorInput, RotorStart, RotorTrace};
+use crate::model::{BodyInput, Equations, LagInverse, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::columns::{
     BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMANDS, PROPELLER_RATES, TORQUE_COMMAND,
@@ -126,9 +126,10 @@ pub(crate) fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) ->
     let log = screened.dataset();
     let judged = screened.chain().filter(|judged| !judged.is_held())?;
     let rotors = [screened.commanded(1)?, screened.commanded(2)?];
+    let mut ends: [Option<(f64, Remembered)>; 2] = [None; 2];
     let body = judged.stretches().iter().map(|rows| {
         let time = &log.time()[rows.clone()];
-        let rates = [0, 1].map(|rotor| {
+        let mut rotor_rates = |rotor: usize| {
             let data = rotors[rotor].data();
             let from = data.command_from_beside(equations.command_delay(), rows);
             let input = RotorInput {
@@ -140,11 +141,15 @@ pub(crate) fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) ->
             };
             let first = log.column(PROPELLER_RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
             let rate = first.filter(|rate| rate.is_finite());
-            let start = RotorStart { rate, is_first: rows.start == 0, ..RotorStart::default() };
+            let before =
+                ends[rotor].zip(time.first()).map(|((ended, end), begins)| end.across(begins - ended));
+            let start = RotorStart { rate, is_first: rows.start == 0, before, ..RotorStart::default() };
             let mut trace = RotorTrace::default();
             equations.simulate_rotor(&input, &start, &mut trace);
+            ends[rotor] = time.last().copied().zip(trace.end);
             trace.rate
-        });
+        };
+        let rates = [rotor_rates(0), rotor_rates(1)];
         (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
     });
     let battery = log.column(BATTERY_VOLTAGE);

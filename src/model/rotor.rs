@@ -25,17 +25,18 @@ impl Equations {
 
     /// The same, for whom its sensor's readings [rad/s] are enough, one a row; answers what a stretch remembers that begins at once.
     pub fn rotor_readings(&self, input: &RotorInput, start: &RotorStart, out: &mut [f64]) -> Remembered {
-        let mut readings = Readings { out: out.iter_mut(), end: [0.0; MOST_STATES] };
+        let mut readings = Readings { out: out.iter_mut(), end: Remembered::default() };
         self.run_rotor(input, start, &mut readings);
         readings.out.for_each(|out| *out = f64::NAN);
-        Remembered { states: readings.end, hole: 0.0 }
+        readings.end
     }
 
     fn run_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut impl TakeDown) {
         if self.command.iter().any(|hook| hook.memory().is_some()) {
-            let command = self.remembered_command(input);
+            let (command, end) = self.remembered_command(input, start);
             let plain = Self { command: Vec::new(), ..self.clone() };
-            return plain.run_rotor(&RotorInput { command: &command, ..*input }, start, trace);
+            plain.run_rotor(&RotorInput { command: &command, ..*input }, start, trace);
+            return trace.finish_command(end);
         }
         let mut point = Point { side: input.side, ..self.constants };
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
@@ -104,12 +105,19 @@ impl Equations {
         trace.finish(state.rate, state.steady);
     }
 
-    /// [-] what laws with a memory and the others make of the commands, row by row: they hang on nothing that moves.
-    fn remembered_command(&self, input: &RotorInput) -> Vec<f64> {
+    /// [-] what laws with a memory and the others make of the commands, row by row: they hang on nothing that moves; and the states in
+    /// which that leaves them.
+    fn remembered_command(
+        &self,
+        input: &RotorInput,
+        start: &RotorStart,
+    ) -> (Vec<f64>, [Option<f64>; MOST_STATES]) {
         let full = self.constants.full_voltage;
-        let mut states: Vec<Option<f64>> = vec![None; self.command.len()];
+        let kept = start.before.unwrap_or_default();
+        let mut states = kept.command.to_vec();
+        states.resize(self.command.len().max(MOST_STATES), None);
         let mut shaped = Vec::with_capacity(input.command.len());
-        let mut before = input.time.first().copied().unwrap_or(0.0);
+        let mut before = input.time.first().copied().unwrap_or(0.0) - kept.hole;
         for (row, (command, time)) in input.command.iter().zip(input.time).enumerate() {
             let battery_voltage = input.voltage.and_then(|voltage| voltage.get(row)).copied().unwrap_or(full);
             let mut point =
@@ -130,7 +138,7 @@ impl Equations {
             shaped.push(point.command);
             before = *time;
         }
-        shaped
+        (shaped, std::array::from_fn(|at| states[at]))
     }
 
     /// Whether the rotor is a first-order lag, a dead time apart.

@@ -39,11 +39,13 @@ pub struct RotorStart {
     pub is_first: bool,
 }
 
-/// States of laws with memory at the end of a stretch, and how long ago that was: heat outlives a hole in the log, a
-/// filter's state does not.
+/// States of laws with memory at the end of a stretch, and how long ago that was: heat and the level of a relay outlive a hole in the
+/// log, a filter's state does not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Remembered {
     pub(super) states: [f64; MOST_STATES],
+    /// Of the laws on the command, each at its place; `None` of one without memory.
+    pub(super) command: [Option<f64>; MOST_STATES],
     /// [s] from the last sample of the stretch before to the first of this one.
     pub(super) hole: f64,
 }
@@ -68,6 +70,8 @@ pub struct RotorTrace {
     /// [rad²/s²] mean of the squared rate over the interval after each sample, the last one of the rate there; `None` where
     /// nobody asked for it.
     pub mean_square: Option<Vec<f64>>,
+    /// What a stretch remembers that begins at once; `None` where the run did not come to its end.
+    pub(crate) end: Option<Remembered>,
 }
 
 impl RotorTrace {
@@ -83,6 +87,7 @@ impl RotorTrace {
         self.measured.clear();
         self.mean.clear();
         self.mean_square.iter_mut().for_each(Vec::clear);
+        self.end = None;
     }
 }
 
@@ -102,6 +107,9 @@ pub(super) trait TakeDown {
 
     /// At the last row: its rate [rad/s], and the states of laws with memory.
     fn finish(&mut self, rate: f64, end: [f64; MOST_STATES]);
+
+    /// Behind that: the states of the laws on the command.
+    fn finish_command(&mut self, end: [Option<f64>; MOST_STATES]);
 }
 
 impl TakeDown for RotorTrace {
@@ -126,9 +134,14 @@ impl TakeDown for RotorTrace {
     }
 
     /// There is no interval any more: means are those of the rate there.
-    fn finish(&mut self, rate: f64, _: [f64; MOST_STATES]) {
+    fn finish(&mut self, rate: f64, end: [f64; MOST_STATES]) {
         self.mean.push(rate);
         self.mean_square.iter_mut().for_each(|all| all.push(rate * rate));
+        self.end = Some(Remembered { states: end, ..Remembered::default() });
+    }
+
+    fn finish_command(&mut self, end: [Option<f64>; MOST_STATES]) {
+        self.end = self.end.map(|it| Remembered { command: end, ..it });
     }
 }
 
@@ -137,7 +150,7 @@ pub(super) struct Readings<'a> {
     /// Those to come.
     pub out: std::slice::IterMut<'a, f64>,
     /// States of laws with memory at the last row.
-    pub end: [f64; MOST_STATES],
+    pub end: Remembered,
 }
 
 impl TakeDown for Readings<'_> {
@@ -158,6 +171,10 @@ impl TakeDown for Readings<'_> {
     fn interval(&mut self, _: f64, _: f64, _: f64) {}
 
     fn finish(&mut self, _: f64, end: [f64; MOST_STATES]) {
-        self.end = end;
+        self.end.states = end;
+    }
+
+    fn finish_command(&mut self, end: [Option<f64>; MOST_STATES]) {
+        self.end.command = end;
     }
 }
