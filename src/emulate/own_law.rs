@@ -18,7 +18,8 @@ impl OwnLaw {
         let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
         let site = config.site.ok_or_else(|| fault("an expression needs its `site`".to_owned()))?;
         let names: Vec<&str> = config.parameters.keys().map(String::as_str).collect();
-        let expression = Expression::parse(text, &names).map_err(|error| fault(error.to_string()))?;
+        let expression = Expression::parse(text, &names).and_then(|it| it.at(site));
+        let expression = expression.map_err(|error| fault(error.to_string()))?;
         Ok(Self { site, expression, parameters: config.parameters.values().copied().collect() })
     }
 

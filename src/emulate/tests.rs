@@ -316,6 +316,11 @@ fn an_expression_acts_where_it_says_and_a_typo_is_marked() {
     assert!((faster - 32.0).abs() < 1e-6, "{faster}");
     let sentence = own(Site::Torque, "-k*body_rat").build().expect_err("a typo").to_string();
     assert!(sentence.contains("`body_rat` is neither a signal nor a parameter"), "{sentence}");
+    let sentence =
+        own(Site::Thrust, "k*relay(thrust-5,0.1)").build().expect_err("nothing remembers there").to_string();
+    assert!(sentence.contains("`relay` are known at") && sentence.contains("not at `thrust`"), "{sentence}");
+    let sentence = own(Site::Thrust, "k*command").build().expect_err("no thrust sees a command").to_string();
+    assert!(sentence.contains("`command` is not known at `thrust`"), "{sentence}");
 }
 
 #[test]
