@@ -11,8 +11,8 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     Some(match finding.code {
         "rate_in_other_unit" => format!(
             "rates from {:.4} to {:.4} rad/s are {} times what the model's rotor does at these commands, as {unit} are; if the \
-             column is in {unit}, import it with unit `{unit}`{}; if it is another rotor, make its model first (`rotorbench \
-             identify`)",
+             column is in {unit}, import it with unit `{unit}`{}; if it is another rotor, the model is not its own \
+             (`rotorbench identify` makes one)",
             n("least"),
             n("greatest"),
             short((1e3 * n("ratio")).round() / 1e3),
@@ -22,7 +22,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         "thrust_unlike_template" => unlike_template(finding, "thrusts", "N") + &other_propeller(finding),
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
-             is another battery, make its model first (`rotorbench identify`, with `--full-voltage-v` what it has when full)",
+             is another battery, say what it has when full (`rotorbench identify --full-voltage-v` makes a model of it)",
             n("lowest_v"),
             n("highest_v"),
             n("full_voltage_v"),

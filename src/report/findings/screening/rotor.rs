@@ -118,7 +118,8 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         "command_follows_rate" => format!(
             "a controller makes this command from the rate beside it: what is new in the rate takes the command down with it (a \
              correlation of {:.2} over {} readings); ramps and levels of such a log tell of the controller, too, so no g(u) and no lag are \
-             taken from them; record commands that nobody regulates",
+             taken from them; switch the controller off and record steps of the command (`rotorbench experiment prbs` drives a bench so); a \
+             model from such a log can be held against this one",
             number("correlation"),
             finding.count("readings")
         ),
@@ -129,7 +130,9 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             with_error(1e3 * number("late_s"), 1e3 * number("standard_error_s"))
         ),
         "commands_regulated" => {
-            "a controller made the commands of every rotor from its rate: ramps and levels of them are no experiment".to_owned()
+            "a controller made the commands of every rotor from its rate: ramps and levels of them are no experiment; switch it off and \
+             record a ramp"
+                .to_owned()
         }
         "uncommanded_motion" => format!(
             "the command stands still at {:.4} while the rate scatters by {:.0} rad/s ({:.0} %) about its smooth course: it is \
