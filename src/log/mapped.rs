@@ -144,10 +144,10 @@ impl Assembly<'_> {
     /// The signals by the clock that they have, and in SI.
     fn clocks(&mut self, tables: &[Table]) -> Result<Vec<Clock>, ForeignError> {
         let mut clocks: Vec<Option<Clock>> = tables.iter().map(|_| None).collect();
-        for (index, signal) in self.mapping.config.signal.iter().enumerate() {
-            if !self.is_chosen(tables, index) {
-                continue;
-            }
+        let is_read = self.signals_read(tables);
+        for (index, signal) in
+            self.mapping.config.signal.iter().enumerate().filter(|(index, _)| is_read[*index])
+        {
             let found: Result<Vec<_>, _> =
                 signal.columns().into_iter().map(|column| self.find(tables, column, signal)).collect();
             let found = match found {
@@ -176,28 +176,33 @@ impl Assembly<'_> {
         Ok(clocks.into_iter().flatten().collect())
     }
 
-    /// Whether a signal is read: of several of one name that is the first whose columns are there and read anything but 0, else the
-    /// first whose columns are there, else the first.
-    fn is_chosen(&mut self, tables: &[Table], index: usize) -> bool {
+    /// Which signals are read: of several of one name the first whose columns are there and read anything but 0, else the first whose
+    /// columns are there, else the first.
+    fn signals_read(&mut self, tables: &[Table]) -> Vec<bool> {
         let config = &self.mapping.config;
-        let name = &config.signal[index].name;
-        let all: Vec<(usize, &SignalMapping)> = config.alternatives(name).collect();
-        let Some((first, _)) = all.first().copied().filter(|_| all.len() > 1) else { return true };
-        let places = |signal: &SignalMapping| -> Option<Vec<(usize, usize)>> {
-            signal.columns().into_iter().map(|column| self.find(tables, column, signal).ok()).collect()
-        };
-        let there: Vec<_> = all.into_iter().filter_map(|(at, it)| Some((at, it, places(it)?))).collect();
+        let mut is_read: Vec<bool> = config.signal.iter().map(|signal| !signal.instead).collect();
         let moves = |(table, column): &(usize, usize)| {
             let values = &tables[*table].columns[*column].values;
             values.iter().any(|value| value.is_finite() && *value != 0.0)
         };
-        let alive = there.iter().position(|(_, _, places)| places.iter().any(moves)).unwrap_or(0);
-        let Some((chosen, signal, _)) = there.get(alive) else { return first == index };
-        if *chosen == index && alive > 0 {
-            let [read, dead] = [*signal, there[0].1].map(|it| it.columns().join("`, `"));
-            self.notes.instead.push(Instead { signal: name.clone(), read, dead });
+        for (first, named) in config.signal.iter().enumerate().filter(|(_, signal)| !signal.instead) {
+            let all: Vec<(usize, &SignalMapping)> = config.alternatives(&named.name).collect();
+            if all.len() < 2 {
+                continue;
+            }
+            let places = |signal: &SignalMapping| -> Option<Vec<(usize, usize)>> {
+                signal.columns().into_iter().map(|column| self.find(tables, column, signal).ok()).collect()
+            };
+            let there: Vec<_> = all.into_iter().filter_map(|(at, it)| Some((at, it, places(it)?))).collect();
+            let alive = there.iter().position(|(_, _, places)| places.iter().any(moves)).unwrap_or(0);
+            let Some((chosen, signal, _)) = there.get(alive) else { continue };
+            (is_read[first], is_read[*chosen]) = (false, true);
+            if alive > 0 {
+                let [read, dead] = [*signal, there[0].1].map(|it| it.columns().join("`, `"));
+                self.notes.instead.push(Instead { signal: named.name.clone(), read, dead });
+            }
         }
-        *chosen == index
+        is_read
     }
 
     /// Puts in the place of columns whose slope is wanted that slope.
