@@ -114,7 +114,8 @@ fn plant_and_model_agree_on_every_law() {
                     rotor_apart(&model, &truth, 0)
                 }
                 Kind::Attitude => {
-                    let truth = attitude(&base, &hidden, &mut rng, false).expect("stays on its bench");
+                    let truth = attitude((&base, &Base::PAPER), &hidden, &mut rng, false)
+                        .expect("stays on its bench");
                     rotor_apart(&model, &truth, 0)
                         .max(rotor_apart(&model, &truth, 1))
                         .max(body_apart(&model, &truth))

@@ -14,6 +14,28 @@ use serde_json::{Map, Value};
 pub struct Answer {
     pub json: Result<Value, String>,
     pub seconds: f64,
+    /// Where the program made the model first.
+    pub identified: Option<Identified>,
+}
+
+/// What `identify` took into a model.
+pub struct Identified {
+    pub effects: Vec<String>,
+    /// [-] highest power of its curve.
+    pub degree: usize,
+}
+
+impl Identified {
+    fn read(model: &Path) -> Option<Self> {
+        let model: toml::Table = fs::read_to_string(model).ok()?.parse().ok()?;
+        let of = |effect: &toml::Value| Some(effect.get("id")?.as_str()?.to_owned());
+        let effects = model.get("effects").and_then(toml::Value::as_array);
+        let curve = model.get("actuator")?.get("steady_rate")?.as_array()?;
+        Some(Self {
+            effects: effects.into_iter().flatten().filter_map(of).collect(),
+            degree: curve.len().saturating_sub(1),
+        })
+    }
 }
 
 /// Asks about every case of a folder that `counts`, on so many threads; what `judge` makes of the answers, in the cases' order.
@@ -36,8 +58,11 @@ pub fn ask_all<T: Send>(
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     asked.get(at).map(|case| (at, *case))
                 } {
-                    let answer = ask(&program, &folder.join(name), command)
-                        .unwrap_or_else(|error| Answer { json: Err(error.to_string()), seconds: 0.0 });
+                    let answer = ask(&program, &folder.join(name), command).unwrap_or_else(|error| Answer {
+                        json: Err(error.to_string()),
+                        seconds: 0.0,
+                        identified: None,
+                    });
                     let Some(one) = judge(name, truth, &answer) else { continue };
                     if let Ok(mut all) = all.lock() {
                         all.push((number, one));
@@ -51,8 +76,11 @@ pub fn ask_all<T: Send>(
     Ok(all.into_iter().map(|(_, one)| one).collect())
 }
 
+/// What lies in a folder whose bench nobody has a model of: `identify` makes one from the log first.
+pub const WITHOUT_MODEL: &str = "without-model";
+
 /// Asks the program about the logs in `folder`. The logs are copied under names that say nothing, away from
-/// the truth. The paper's model is asked about, or the folder's own; `command` is `diagnose` or `discover`.
+/// the truth. The paper's model is asked about, the folder's own, or the one that is made first; `command` is `diagnose` or `discover`.
 pub fn ask(program: &Path, folder: &Path, command: &str) -> io::Result<Answer> {
     let away = tempfile::tempdir()?;
     for (from, to) in [("train.csv", "a.csv"), ("validate.csv", "b.csv")] {
@@ -61,6 +89,22 @@ pub fn ask(program: &Path, folder: &Path, command: &str) -> io::Result<Answer> {
     let own = folder.join("model.toml");
     if own.exists() {
         fs::copy(own, away.path().join("model.toml"))?;
+    }
+    let is_to_identify = folder.join(WITHOUT_MODEL).exists();
+    if is_to_identify {
+        let identified = Command::new(program)
+            .args(["identify", "--log", "a.csv", "-o", "model.toml"])
+            .current_dir(away.path())
+            .output()?;
+        if !identified.status.success() {
+            let said =
+                String::from_utf8_lossy(&identified.stderr).lines().last().unwrap_or_default().to_owned();
+            return Ok(Answer {
+                json: Err(format!("identify: {}; {said}", identified.status)),
+                seconds: 0.0,
+                identified: None,
+            });
+        }
     }
     let model = if away.path().join("model.toml").exists() { "model.toml" } else { "paper" };
     let started = Instant::now();
@@ -78,7 +122,8 @@ pub fn ask(program: &Path, folder: &Path, command: &str) -> io::Result<Answer> {
             String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default()
         )),
     };
-    Ok(Answer { json, seconds })
+    let identified = is_to_identify.then(|| Identified::read(&away.path().join("model.toml"))).flatten();
+    Ok(Answer { json, seconds, identified })
 }
 
 const VERDICTS: [&str; 5] =

@@ -16,6 +16,7 @@ mod compare;
 mod discovered;
 mod experiment;
 mod form;
+mod goals;
 mod law_score;
 mod laws;
 mod motion;
@@ -71,6 +72,9 @@ enum CommandLine {
         /// That many cases of nothing but noise that is not white, and nothing else
         #[arg(long, group = "only")]
         noisy: Option<u64>,
+        /// That many benches of which the program makes the base itself, and nothing else
+        #[arg(long, group = "only")]
+        own_base: Option<u64>,
         /// That many benches whose commands step between the rows of their logs, and nothing else
         #[arg(long, group = "only")]
         between_rows: Option<u64>,
@@ -103,17 +107,29 @@ fn main() -> ExitCode {
             generate_between_rows(&out, &seed, count).map(|()| true)
         }
         CommandLine::Generate {
-            out, draws, seed, discover, blurred, coarse_battery, three, noisy, ..
+            out,
+            draws,
+            seed,
+            discover,
+            blurred,
+            coarse_battery,
+            three,
+            noisy,
+            own_base,
+            ..
         } => {
             let drawn = seed.iter().map(|seed| {
                 let mut rng = ChaCha8Rng::seed_from_u64(*seed);
-                let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy) {
+                let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy, own_base) {
                     (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
                     (_, Some(count), ..) => {
                         (0..count).map(|number| Question::coarse(number, &mut rng)).collect()
                     }
-                    (_, _, Some(count), _) => (0..count).map(|_| Question::three(&mut rng)).collect(),
-                    (.., Some(count)) => (0..count).map(Question::flawed).collect(),
+                    (_, _, Some(count), ..) => (0..count).map(|_| Question::three(&mut rng)).collect(),
+                    (_, _, _, Some(count), _) => (0..count).map(Question::flawed).collect(),
+                    (.., Some(count)) => {
+                        (0..count).map(|number| Question::own_base(number, &mut rng)).collect()
+                    }
                     _ if discover => discovered::questions(draws),
                     _ => questions(draws, *seed),
                 };
@@ -205,7 +221,7 @@ fn score(
     if !brief {
         println!("{}", score::case_table(&judged));
     }
-    let (goals, reached) = score::goals(&judged);
+    let (goals, reached) = goals::goals(&judged);
     println!("{}\n{goals}", score::summary_table(&judged));
     Ok(reached)
 }

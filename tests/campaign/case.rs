@@ -7,13 +7,14 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value, json};
 
+use crate::answer::WITHOUT_MODEL;
 use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
 use crate::experiment::{Truth, actuator, attitude};
 use crate::laws::Family;
 use crate::noise::{Flaw, Noise};
 use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE, outside};
 use crate::plant::{Base, Hidden, Outside};
-use crate::score::{BESIDE, NOTHING_BUT};
+use crate::score::{BESIDE, NOTHING_BUT, OWN_BASE};
 use crate::strength::{ROUNDS, Rest, without};
 
 /// What a case is about.
@@ -35,6 +36,8 @@ pub enum Question {
     Coarse(Box<Question>),
     /// Nothing is missing, and the sensors' noise is not white: which flaw in turn, and the bench.
     Flawed(u64, Kind),
+    /// Another question, of a bench whose motors, propellers and body nobody gave numbers of: the program identifies its base.
+    OwnBase(Box<Question>),
 }
 
 /// What is too small to be named, and moves the numbers of what is.
@@ -86,6 +89,8 @@ pub struct Case {
     pub noise: Noise,
     pub truth: Value,
     lacks_battery: bool,
+    /// The program is asked for the base, too.
+    is_own_base: bool,
 }
 
 fn change(base: &mut Base, name: &str, factor: f64) {
@@ -112,7 +117,7 @@ impl Question {
             | Self::Outside(_, kind)
             | Self::Blurred(_, _, kind) => *kind,
             Self::Law(family, _) => family.kind,
-            Self::Coarse(question) => question.kind(),
+            Self::Coarse(question) | Self::OwnBase(question) => question.kind(),
         }
     }
 
@@ -175,6 +180,16 @@ impl Question {
         }))
     }
 
+    /// Of each six three random effects, two random pairs and nothing, on a bench of its own numbers.
+    pub fn own_base(number: u64, rng: &mut ChaCha8Rng) -> Self {
+        let singles = Self::singles();
+        Self::OwnBase(Box::new(match number % 6 {
+            0 | 2 | 4 => singles[rng.random_range(0..singles.len())].clone(),
+            1 | 3 => Self::pair(rng),
+            _ => Self::Nothing(if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude }),
+        }))
+    }
+
     /// Each flaw of the sensors in turn, on either bench.
     pub fn flawed(number: u64) -> Self {
         Self::Flawed(number / 2, if number.is_multiple_of(2) { Kind::Actuator } else { Kind::Attitude })
@@ -210,11 +225,27 @@ impl Question {
             case.truth["battery_step_v"] = json!(1.0 / case.noise.steps_per_volt);
             return Some(case);
         }
-        let kind = self.kind();
-        let mut base = Base::PAPER;
-        if self.lacks_battery() {
-            base.voltage_gain = 0.0;
+        if let Self::OwnBase(question) = self {
+            let base = Base::draw(rng);
+            let mut case = question.draw_on(base, rng, seed)?;
+            case.truth[OWN_BASE] = json!({
+                "steady_rate_quadratic": base.steady[0], "steady_rate_linear": base.steady[1],
+                "voltage_gain": base.voltage_gain, "pole": base.pole, "inertia": base.inertia,
+            });
+            case.is_own_base = true;
+            return Some(case);
         }
+        let base = Base {
+            voltage_gain: if self.lacks_battery() { 0.0 } else { Base::PAPER.voltage_gain },
+            ..Base::PAPER
+        };
+        self.draw_on(base, rng, seed)
+    }
+
+    /// A case of a bench that has the numbers `base` where nothing of it is changed; its controller was made for them.
+    fn draw_on(&self, as_designed: Base, rng: &mut ChaCha8Rng, seed: u64) -> Option<Case> {
+        let kind = self.kind();
+        let mut base = as_designed;
         let mut hidden = Hidden::nothing();
         let mut effects: Vec<(&'static Entry, Vec<f64>)> = Vec::new();
         let (mut named, mut flaw) = (Map::new(), Flaw::White);
@@ -238,7 +269,7 @@ impl Question {
                 effects.extend(entries.map(|entry| (entry, draw_parameters(entry, rng))));
                 entries.map(|entry| entry.id).join("+")
             }
-            Self::Coarse(_) => return None,
+            Self::Coarse(_) | Self::OwnBase(_) => return None,
             Self::Changed(name, _) => {
                 let size = 0.06 * 8.0_f64.powf(rng.random::<f64>());
                 let factor = if rng.random_bool(0.5) { 1.0 + size } else { 1.0 / (1.0 + size) };
@@ -303,9 +334,18 @@ impl Question {
             flaw,
             ..Noise::USUAL
         };
+        // A paper's controller is built on the paper's numbers, its k_V among them.
+        let law = Base {
+            voltage_gain: if self.lacks_battery() {
+                Base::PAPER.voltage_gain
+            } else {
+                as_designed.voltage_gain
+            },
+            ..as_designed
+        };
         let mut run = |validate| match kind {
             Kind::Actuator => actuator(&base, &hidden, rng, validate),
-            Kind::Attitude => attitude(&base, &hidden, rng, validate),
+            Kind::Attitude => attitude((&base, &law), &hidden, rng, validate),
         };
         let (train, validate) = (run(false)?, run(true)?);
         let removal = self.removal(&train, &base, &effects, noise);
@@ -318,7 +358,7 @@ impl Question {
             "base_changed_as_well": also, "seed": seed, "removal": removal,
             "flaw": format!("{flaw:?}"), "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
         });
-        Some(Case { train, validate, noise, truth, lacks_battery: self.lacks_battery() })
+        Some(Case { train, validate, noise, truth, lacks_battery: self.lacks_battery(), is_own_base: false })
     }
 
     /// Error over the noise floor with each effect left out, by its name; with the base as printed, where a
@@ -358,11 +398,15 @@ fn draw_parameters(entry: &Entry, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 impl Case {
-    /// Writes `train.csv` and `validate.csv` into `folder`, and `model.toml` where another model than the paper's is asked about.
+    /// Writes `train.csv` and `validate.csv` into `folder`, `model.toml` where another model than the paper's is asked about, and an
+    /// empty file where the program is to make the model itself.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         fs::create_dir_all(folder)?;
         if self.lacks_battery {
             fs::write(folder.join("model.toml"), WITHOUT_BATTERY)?;
+        }
+        if self.is_own_base {
+            fs::write(folder.join(WITHOUT_MODEL), "")?;
         }
         let seed = self.truth["seed"].as_u64().unwrap_or_default();
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x006E_6F69_7365);

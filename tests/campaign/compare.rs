@@ -18,7 +18,7 @@ fn made(kind: Kind, hidden: &Hidden, seed: u64) -> Dataset {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let truth = match kind {
         Kind::Actuator => actuator(&Base::PAPER, hidden, &mut rng, false),
-        Kind::Attitude => attitude(&Base::PAPER, hidden, &mut rng, false),
+        Kind::Attitude => attitude((&Base::PAPER, &Base::PAPER), hidden, &mut rng, false),
     };
     let text = truth.expect("stays on its bench").csv(Noise::USUAL, &mut rng);
     csv::parse(text.as_bytes(), Path::new("made.csv")).expect("a log")

@@ -164,13 +164,17 @@ fn attitude_requests(rng: &mut ChaCha8Rng, validate: bool) -> Vec<[f64; 2]> {
     (0..6_000).map(|k| [0.35 * angle[k], 0.12 * torque[k]]).collect()
 }
 
-/// Runs the pivoting body in closed loop. `None` where the hidden laws drove the loop out of its bench.
-pub fn attitude(base: &Base, hidden: &Hidden, rng: &mut ChaCha8Rng, validate: bool) -> Option<Truth> {
+/// Runs the pivoting body in closed loop under a controller made for `law`. `None` where the hidden laws drove the loop out of its bench.
+pub fn attitude(
+    (base, law): (&Base, &Base),
+    hidden: &Hidden,
+    rng: &mut ChaCha8Rng,
+    validate: bool,
+) -> Option<Truth> {
     let period = 0.01;
     let requests = attitude_requests(rng, validate);
     let battery = Battery::draw(rng, period * requests.len() as f64);
-    // The controller is built on the paper's numbers, whatever the plant has become.
-    let law = Base::PAPER;
+    // The controller is built on the bench's numbers, whatever the plant has become.
     let torque_per_rate = 2.0 * ARM * law.thrust * HOVER_RATE;
     let wanted = |angle: f64, rate: f64, request: [f64; 2], voltage: f64| {
         let torque = 1.2 * (request[0] - angle) - 0.2 * rate + request[1];

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use crate::laws::Seen;
-use crate::plant::{ARM, Base, FULL_BATTERY, HOVER_COMMAND, HOVER_RATE, Hidden, Outside};
+use crate::plant::{ARM, Base, FULL_BATTERY, HOVER_RATE, Hidden, Outside};
 
 /// Speed at which pivot friction saturates [rad/s]; the development cases settle on this value.
 const STICTION_RATE: f64 = 0.01;
@@ -136,7 +136,7 @@ impl<'a> Motion<'a> {
             (u, (self.base.voltage_gain + h.battery_sag) * (FULL_BATTERY - voltage))
         };
         // Of what the motor gets the whole curve is a function, its cubic part among it.
-        let curve = self.base.steady_rate(motor) + h.static_cubic * (motor - HOVER_COMMAND).powi(3);
+        let curve = self.base.steady_rate(motor) + h.static_cubic * (motor - self.base.hover_command).powi(3);
         let bent = curve - drop + h.static_offset;
         let extra = match h.outside {
             Outside::RatePath(_) => path,

@@ -2,6 +2,9 @@
 //! the table of effects alone. It shares no law, no integrator and no step with the library, which is why a
 //! diagnosis of what it makes means something.
 
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
 use crate::laws::{Family, Numbers, Seen};
 
 /// What the diagnosis starts from: the numbers of [LPC16] Tables I and IV, before any change.
@@ -17,6 +20,8 @@ pub struct Base {
     pub thrust: f64,
     /// J [kg m²].
     pub inertia: f64,
+    /// [-] at which it hovers, as it was designed.
+    pub hover_command: f64,
 }
 
 /// Lever arm of a rotor [m], full battery [V], hover rate [rad/s], hover command [-].
@@ -32,7 +37,22 @@ impl Base {
         pole: 16.0,
         thrust: 0.0197 * 0.0197 / (4.0 * 6.0771),
         inertia: 0.032,
+        hover_command: HOVER_COMMAND,
     };
+
+    /// Another motor, battery and body than the paper's; arm and propeller were measured on a scale.
+    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
+        let mut factor = |low: f64, high: f64| low * (high / low).powf(rng.random::<f64>());
+        let paper = Self::PAPER;
+        let own = Self {
+            steady: [paper.steady[0] * factor(0.5, 1.4), paper.steady[1] * factor(0.8, 1.3)],
+            voltage_gain: paper.voltage_gain * factor(0.5, 1.6),
+            pole: paper.pole * factor(0.45, 2.2),
+            inertia: paper.inertia * factor(0.6, 1.6),
+            ..paper
+        };
+        Self { hover_command: own.command_for(HOVER_RATE), ..own }
+    }
 
     pub fn steady_rate(&self, command: f64) -> f64 {
         (self.steady[0] * command + self.steady[1]) * command

@@ -72,7 +72,7 @@ fn a_finer_step_changes_less_than_the_noise() {
             let base = Base::PAPER;
             let truth = match kind {
                 Kind::Actuator => actuator(&base, &hidden, &mut rng, true),
-                Kind::Attitude => attitude(&base, &hidden, &mut rng, true),
+                Kind::Attitude => attitude((&base, &base), &hidden, &mut rng, true),
             };
             let truth = truth.unwrap_or_else(|| panic!("{} {values:?} leaves its bench", entry.id));
             // 3 s: an attitude bench is unstable by itself and magnifies any difference in open loop.
@@ -134,7 +134,7 @@ fn answer(verdict: &str, effects: &[&str], alternatives: &[&[&str]], changed: &[
         "parameters": {"cable_stiffness.stiffness": {"value": 0.2, "standard_error": 0.001}},
         "error": {"noise_floor": 1.0, "extended": {"validate": 1.2}},
     });
-    Answer { json: Ok(json), seconds: 0.0 }
+    Answer { json: Ok(json), seconds: 0.0, identified: None }
 }
 
 #[test]
