@@ -43,17 +43,32 @@ impl SingleRotorFit {
     }
 }
 
+/// Whether a rotor's commands show how it follows: by jumps, or by many smaller moves that leave no doubt about it.
+pub(crate) fn is_excited(rotor: &RotorLog, full_voltage: f64) -> bool {
+    let is_plain = |own: SingleRotorFit| {
+        own.is_plain() && own.fit.pole_error() <= THRESHOLDS.plain_pole_share * own.fit.pole
+    };
+    rotor.jumps().len() >= FEWEST_JUMPS
+        || (rotor.quick_moves(THRESHOLDS.quick_move) >= THRESHOLDS.fewest_quick_moves
+            && follows(&part_from(rotor, 0), full_voltage).is_some_and(is_plain))
+}
+
 /// The rotor from its first jump on, where it is excited.
 pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let jumps = rotor.jumps();
     let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
-    let part = first..first + THRESHOLDS.single_fit_rows;
+    Some(part_from(rotor, first))
+}
+
+/// The rotor from row `first` on, as far as it is fitted alone.
+fn part_from(rotor: &RotorLog, first: usize) -> RotorLog {
+    let part = first..(first + THRESHOLDS.single_fit_rows).min(rotor.time.len());
     let inside = |stretch: &Range<usize>| stretch.start.max(part.start)..stretch.end.min(part.end);
     let stretches = rotor.stretches.iter().map(inside).filter(|it| it.len() > 1).collect();
     let head = |values: &Cells| values.part(0..part.end);
     let beside =
         |beside: &Beside| Beside { command: head(&beside.command), rate: beside.rate.as_ref().map(head) };
-    Some(RotorLog {
+    RotorLog {
         file: rotor.file.clone(),
         time: head(&rotor.time),
         command: head(&rotor.command),
@@ -64,7 +79,7 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
         beside: rotor.beside.as_ref().map(beside),
         stretches,
         ..*rotor
-    })
+    }
 }
 
 /// The fit to an excited part.

@@ -20,7 +20,6 @@ use super::{Estimate, IdentifiedActuator};
 use crate::estimation::{unknown_instants, variable_projection};
 use crate::model::polynomial;
 use crate::screening::attitude::Mistaken;
-use crate::screening::checks::command_follows_rate::COMMAND_FOLLOWS_RATE;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{RotorLog, VoltageInstrument};
 use crate::screening::{Finding, ScreenedLog};
@@ -170,12 +169,6 @@ impl Work<'_> {
         let fitted = fitted.with("from", from).with("lowest_command", curve.range.0);
         self.note(STEP, true, fitted.with("highest_command", curve.range.1));
         self.static_curve = Some(curve);
-    }
-
-    /// Whether a controller makes this rotor's command from its rate: its ramps and levels are no experiment.
-    fn is_governed(&self, rotor: &RotorLog) -> bool {
-        let own = rotor.finding(COMMAND_FOLLOWS_RATE);
-        self.findings.iter().any(|it| it.code == own.code && it.place() == own.place())
     }
 
     pub(crate) fn pole(&mut self) {

@@ -48,6 +48,12 @@ crate::thresholds! {
     lead_error_share: f64 = 1.0 / 3.0, "-", "judgement";
     /// rows from the first jump on that a rotor is fitted alone to; four minutes at 50 Hz.
     single_fit_rows: usize = 12_000, "count", "judgement (time of computing)";
+    /// by how much a command leaves a straight line at once to have made a move.
+    quick_move: f64 = 0.002, "-", "judgement: 3 rad/s of a rate that goes to 1500";
+    /// such moves from which a log without jumps may show how a rotor follows.
+    fewest_quick_moves: usize = 24, "count", "judgement: corners of triangles are fewer";
+    /// standard error of a pole, as a share of it, up to which small moves of the command are taken to show it.
+    plain_pole_share: f64 = 0.1, "-", "judgement";
     /// share of the rates' scatter that a fit may leave over where rates follow their commands.
     follows_share: f64 = 0.6, "-", "judgement";
     /// power of the voltage with which a rate at one command falls at most.

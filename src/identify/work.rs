@@ -7,6 +7,7 @@ use super::inputs;
 use super::joint_fit::JointFit;
 use super::result::{IdentifySettings, PipelineStep, PoleFit};
 use super::significance;
+use super::single_rotor_fit::is_excited;
 use super::static_curve::StaticCurve;
 use super::supply_gain::SupplyGain;
 use super::thresholds::THRESHOLDS;
@@ -14,6 +15,7 @@ use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::quantile::quantile;
+use crate::screening::checks::command_follows_rate::COMMAND_FOLLOWS_RATE;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
@@ -56,11 +58,16 @@ impl<'a> Work<'a> {
         } else {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
-        let pole = settings.template.actuator.pole;
-        let follows = |rotor: &&RotorLog| !rotor.rows_are_levels() && rotor.too_seldom(pole).is_none();
-        let excited = rotors.iter().filter(follows);
-        let excited: Vec<RotorLog> =
-            excited.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
+        let template = &settings.template.actuator;
+        let follows =
+            |rotor: &&RotorLog| !rotor.rows_are_levels() && rotor.too_seldom(template.pole).is_none();
+        // What a controller makes of the rate itself is an answer, and no experiment, but for its jumps.
+        let may_move = |rotor: &RotorLog| !is_governed(&warnings, rotor);
+        let is_excited = |rotor: &&RotorLog| {
+            rotor.jumps().len() >= FEWEST_JUMPS
+                || (may_move(rotor) && is_excited(rotor, template.full_voltage))
+        };
+        let excited: Vec<RotorLog> = rotors.iter().filter(follows).filter(is_excited).cloned().collect();
         Self {
             settings,
             rotors,
@@ -106,6 +113,11 @@ impl<'a> Work<'a> {
 
     pub fn full_voltage(&self) -> f64 {
         self.settings.template.actuator.full_voltage
+    }
+
+    /// Whether a controller makes this rotor's command from its rate: its ramps and levels are no experiment.
+    pub(crate) fn is_governed(&self, rotor: &RotorLog) -> bool {
+        is_governed(&self.findings, rotor)
     }
 
     /// The best of all estimates of k_V.
@@ -187,4 +199,9 @@ impl<'a> Work<'a> {
         let joint = self.joint.as_ref().filter(|_| self.is_joint_pole());
         joint.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
     }
+}
+
+fn is_governed(findings: &[Finding], rotor: &RotorLog) -> bool {
+    let own = rotor.finding(COMMAND_FOLLOWS_RATE);
+    findings.iter().any(|it| it.code == own.code && it.place() == own.place())
 }

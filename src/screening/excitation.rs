@@ -25,6 +25,38 @@ impl RotorLog {
         inside.filter(jump).collect()
     }
 
+    /// How often the command leaves a straight line at once by more than `least` [-]: moves too small to be jumps, as a controller that
+    /// follows a test signal makes them. A corner between two ramps is one.
+    pub fn quick_moves(&self, least: f64) -> usize {
+        let mut count = 0;
+        for stretch in &self.stretches {
+            let (mut before, mut after) = (stretch.start, stretch.start);
+            let mut counted_until = f64::NEG_INFINITY;
+            for row in stretch.clone() {
+                let time = self.time[row];
+                while time - self.time[before] > THRESHOLDS.jump_span && before < row {
+                    before += 1;
+                }
+                while after + 1 < stretch.end && self.time[after] - time < THRESHOLDS.jump_span {
+                    after += 1;
+                }
+                let (back, ahead) = (time - self.time[before], self.time[after] - time);
+                if time < counted_until || back <= 0.0 || ahead <= 0.0 {
+                    continue;
+                }
+                let slopes = [
+                    (self.command[row] - self.command[before]) / back,
+                    (self.command[after] - self.command[row]) / ahead,
+                ];
+                if (slopes[1] - slopes[0]).abs() * 0.5 * THRESHOLDS.jump_span > least {
+                    count += 1;
+                    counted_until = self.time[after];
+                }
+            }
+        }
+        count
+    }
+
     /// How often the command jumps in all rows, and how many of these jumps a hole hides: in it, or right behind them.
     pub fn all_jumps(&self) -> (usize, usize) {
         let usable = self.jumps();
