@@ -33,6 +33,10 @@ impl Blocks {
         let context =
             BlockContext { model, train, validate, horizon: config.horizon, find, refit, select_parameters };
         let mut rotor = rotor_split(train, validate).map(|split| find(split.judged_by(model)));
+        let is_body_asked = !is_body_held(train) && train.iter().any(|log| log.body().is_some());
+        if let Some(rotor) = rotor.as_mut().filter(|_| is_body_asked) {
+            context.change_all_that_differ(rotor)?;
+        }
         let body = match &rotor {
             // Beside rotors a body that was held still says nothing.
             Some(_) if is_body_held(train) => None,

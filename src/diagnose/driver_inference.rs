@@ -35,8 +35,7 @@ impl BlockContext<'_> {
             if place >= THRESHOLDS.most_alternatives {
                 continue;
             }
-            // Numbers that moved for nothing would drive the body with their noise.
-            let (selected, changed) = (self.select_parameters)(rotor, &other);
+            let (selected, changed) = self.with_its_numbers(rotor, &other);
             let Some(driven) = self.body(Some((rotor, &selected)), self.find)? else { continue };
             match prefers(&body, &driven) {
                 Some(true) => {}
@@ -84,11 +83,14 @@ impl BlockContext<'_> {
             };
             let (selected, changed) = match changed {
                 Some(changed) => (best.clone(), changed.clone()),
-                None => (self.select_parameters)(rotor, best),
+                None => self.with_its_numbers(rotor, best),
             };
             let Some(driven) = self.search_driven(rotor, &selected)? else { continue };
+            // Estimates that follow are no change of the bench.
+            let counts = !self.has_estimates(rotor);
             let size = |rotor: &CandidateFit, changed: &[String], body: &SearchResult| {
-                rotor.effects.len() + changed.len() + body.answer.effects.len() + body.changed.len()
+                let changed = if counts { changed.len() } else { 0 };
+                rotor.effects.len() + changed + body.answer.effects.len() + body.changed.len()
             };
             let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&selected, &changed, &driven));
             if is_better(&body, &driven, sizes) {
@@ -136,15 +138,7 @@ impl BlockContext<'_> {
     /// The base with those of its numbers changed that differ plainly, though by too little to matter to the rotors' own
     /// error, and their names.
     fn other_numbers(&self, rotor: &SearchResult, known: &[Effect]) -> Option<(CandidateFit, Vec<String>)> {
-        let differs = |name: &&String| {
-            let fitted = &rotor.refitted.model;
-            let (to, from) = fitted.parameter(name).zip(self.model.parameter(name)).unwrap_or_default();
-            fitted
-                .standard_errors
-                .get(*name)
-                .is_some_and(|error| (to - from).abs() > THRESHOLDS.base_differs * error)
-        };
-        let names: Vec<String> = rotor.refitted.names.iter().filter(differs).cloned().collect();
+        let names = self.plainly_other(&rotor.refitted);
         let is_news =
             rotor.answer.effects.is_empty() && names.iter().any(|name| !rotor.changed.contains(name));
         let start = || Candidate {
@@ -156,6 +150,71 @@ impl BlockContext<'_> {
             without: None,
         };
         is_news.then(|| (start().run(&rotor.split), names.clone()))
+    }
+
+    /// Whether the rotors' own numbers were identified on logs.
+    fn has_estimates(&self, rotor: &SearchResult) -> bool {
+        let own = rotor.split.base_parameters(self.model);
+        own.iter().any(|name| self.model.standard_errors.contains_key(name))
+    }
+
+    /// A set of the rotors' with the base's numbers that it drives the body with, and the names of those that it changes. Numbers that
+    /// moved for nothing would drive it with their noise; identified ones took up a part of what the set is.
+    fn with_its_numbers(&self, rotor: &SearchResult, fitted: &CandidateFit) -> (CandidateFit, Vec<String>) {
+        if self.has_estimates(rotor) && !fitted.effects.is_empty() {
+            return (fitted.clone(), rotor.split.base_parameters(self.model));
+        }
+        (self.select_parameters)(rotor, fitted)
+    }
+
+    /// The base's own numbers that a fit has plainly other than the model.
+    fn plainly_other(&self, fitted: &CandidateFit) -> Vec<String> {
+        let differs = |name: &&String| {
+            let (to, from) = fitted.model.parameter(name).zip(self.model.parameter(name)).unwrap_or_default();
+            let error = fitted.model.standard_errors.get(*name);
+            error.is_some_and(|error| (to - from).abs() > THRESHOLDS.base_differs * error)
+        };
+        fitted.names.iter().filter(differs).cloned().collect()
+    }
+
+    /// Where several of the rotors' own numbers were changed, the bench is another than the model's; and where they were identified on
+    /// a bench that has an effect more than the model, they took up a part of it. Then all are changed that plainly differ. The few that
+    /// the rotors' sensors need stand in for the others, and the body feels by how much they fail to.
+    pub(crate) fn change_all_that_differ(&self, rotor: &mut SearchResult) -> Result<(), DiagnoseError> {
+        let all = rotor.split.base_parameters(self.model);
+        let have_taken_up = !rotor.answer.effects.is_empty() && self.has_estimates(rotor);
+        if rotor.changed.len() < THRESHOLDS.numbers_of_another && !have_taken_up {
+            return Ok(());
+        }
+        let known = self.model.known_effects()?;
+        let effects: Vec<&Effect> =
+            known.iter().filter(|effect| rotor.answer.effects.contains(&effect.id)).collect();
+        let from = rotor.answer.model.clone();
+        let fit = |base: Vec<String>| {
+            let effects = effects.clone();
+            Candidate { from: &from, effects, base, known: &known, nominal: self.model, without: None }
+                .run(&rotor.split)
+        };
+        let changed: Vec<String> = if have_taken_up {
+            all
+        } else {
+            let other = self.plainly_other(&fit(all.clone()));
+            let differs = |name: &String| rotor.changed.contains(name) || other.contains(name);
+            all.into_iter().filter(differs).collect()
+        };
+        if changed.len() == rotor.changed.len() {
+            return Ok(());
+        }
+        let answer = fit(changed.clone());
+        let is_whole = answer.effects.is_empty() || is_identifiable(&rotor.split, &answer, &known);
+        if is_whole && loss(&rotor.split, &answer) <= loss(&rotor.split, &rotor.answer) {
+            if let Some(last) = rotor.ladder.last_mut().filter(|last| !last.effects.is_empty()) {
+                *last = answer.clone();
+            }
+            rotor.floors = joint_floors(&rotor.split, &answer);
+            (rotor.answer, rotor.changed) = (answer, changed);
+        }
+        Ok(())
     }
 
     /// What is missing in the body under another driver: nothing is looked for where its own numbers explain it, since what

@@ -269,6 +269,8 @@ crate::thresholds! {
     driver_gain: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which a number of the base differs plainly
     base_differs: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
+    /// changed numbers of a rotor from which the model is another bench's.
+    numbers_of_another: usize = 2, "count", "judgement: one may have been replaced or worn";
     /// an error within this factor of the noise floor leaves nothing to explain
     at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
     /// a body driven by measured rotors: an error within this factor of the noise floor leaves nothing to explain; the floor does not know how far the rotor model is off, which the body integrates
