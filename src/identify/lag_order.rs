@@ -48,7 +48,7 @@ pub(crate) fn both<const M: usize>(
     let Some(lag) = variable_projection::fit_from(&head, whole.pole) else { return Vec::new() };
     let delayed = delay(&lag, (interval, unknown), record);
     let mut alternatives: Vec<LagAlternative> =
-        delayed.into_iter().chain(second_order(&lag, &head, unknown)).collect();
+        delayed.into_iter().chain(second_order(&lag, &head, unknown)).filter(is_of_rotor).collect();
     let least = |but: usize| {
         let others = alternatives.iter().enumerate().filter(|(index, _)| *index != but);
         others.map(|(_, alternative)| alternative.residual_rms).fold(lag.residual_rms, f64::min)
@@ -61,6 +61,11 @@ pub(crate) fn both<const M: usize>(
         .iter_mut()
         .for_each(|alternative| alternative.residual_rms *= whole.residual_rms / lag.residual_rms);
     alternatives
+}
+
+/// Whether the lag beside it is a rotor's: where little moves, a fit may end at one that takes hours.
+fn is_of_rotor(alternative: &LagAlternative) -> bool {
+    alternative.pole >= THRESHOLDS.slowest_pole && alternative.residual_rms.is_finite()
 }
 
 /// [s] by what a dead time is not known where commands step between rows; a second lag, much of which is one, neither.

@@ -73,7 +73,11 @@ fn pages_of_the_guide_have_the_same_headings() {
 /// Where tools write what they measured: page, place, and the script that knows both.
 const PLACES: [(&str, &[&str], &str); 13] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
-    ("scores", &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows"], "campaign"),
+    (
+        "scores",
+        &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows", "own_base"],
+        "campaign",
+    ),
     ("speed", &["peers", "logs", "laws"], "peers"),
     ("speed", &["bench"], "bench"),
     (
