@@ -18,7 +18,6 @@ impl Work<'_> {
         let matched = !self.mismatch;
         if matched {
             found.extend(self.voltage_gains_disagree());
-            found.extend(self.voltage_gain_impossible());
         }
         if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > THRESHOLDS.fastest_pole) {
             found.push(Finding::new("pole_too_fast", "pole").with("pole_rad_s", pole.value));
@@ -64,22 +63,6 @@ impl Work<'_> {
         ((steady.value - exciting.value).abs() > THRESHOLDS.disagreement_errors * sigma).then(|| {
             let found = Finding::new("voltage_gains_disagree", "voltage_gain");
             found.with("constant_rad_s_v", steady.value).with("exciting_rad_s_v", exciting.value)
-        })
-    }
-
-    /// A k_V that no motor has: more rate for one volt than its share of all of them, or less than none. A motor without any
-    /// drag turns in proportion to its voltage; what drags at it takes from that.
-    fn voltage_gain_impossible(&self) -> Option<Finding> {
-        let actuator = self.actuator();
-        let gain = self.voltage_gain().map(|_| actuator.voltage_gain)?;
-        let measured = self.rotors.iter().flat_map(|rotor| &rotor.rate).copied();
-        let greatest =
-            measured.filter(|rate| rate.is_finite()).fold(actuator.steady_rate(1.0, None), f64::max);
-        let most = greatest / actuator.full_voltage;
-        (gain < 0.0 || gain > THRESHOLDS.voltage_gain_of_motor * most).then(|| {
-            Finding::new("voltage_gain_impossible", "voltage_gain")
-                .with("value", gain)
-                .with("most_rad_s_v", most)
         })
     }
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::dead_time::{self, Delay, DelayedFit};
 use super::lag_order::{self, LagAlternative};
+use super::possible_gain;
 use super::regressors::{NO_DELAY, record_of};
 use super::static_curve::DegreeScore;
 use super::voltage_instruments::{self, RotorResponse};
@@ -313,17 +314,14 @@ fn impossible_gain(problem: &Problem<'_>, found: &Candidates) -> Option<(f64, f6
     let at_full: f64 = fit.coefficients[..problem.degree].iter().sum();
     let greatest = measured.filter(|rate| rate.is_finite()).fold(at_full, f64::max);
     let (gain, most) = (voltage_gain(problem, found).0, greatest / problem.full_voltage);
-    (gain > THRESHOLDS.voltage_gain_of_motor * most).then_some((gain, most))
+    possible_gain::is_too_great(gain, most).then_some((gain, most))
 }
 
 /// Why a fit goes without the battery.
 fn without_battery(rotors: &[RotorLog], full_voltage: f64, delays: bool, asked: Option<usize>) -> Finding {
     let tried = tried(rotors, full_voltage, (true, delays), asked);
     match tried.and_then(|(problem, _, found)| impossible_gain(&problem, &found)) {
-        Some((gain, most)) => Finding::new("voltage_gain_impossible", "voltage_gain")
-            .with("value", gain)
-            .with("most_rad_s_v", most)
-            .with("left_out", 1.0),
+        Some((gain, most)) => possible_gain::refused(gain, most, true),
         None => Finding::new("battery_not_significant", "voltage_gain"),
     }
 }

@@ -31,6 +31,7 @@ mod lag_order;
 mod mistaken_columns;
 mod omitted_torque;
 pub(crate) mod pipeline;
+mod possible_gain;
 mod ramp_lag;
 mod regressors;
 mod response_sign;

@@ -62,6 +62,7 @@ pub fn identify_with_progress(
     work.battery();
     progress("joint_estimation");
     work.joint();
+    work.without_impossible_battery();
     progress("static_curve");
     work.static_curve();
     progress("pole");

@@ -4,6 +4,7 @@ use super::dead_time::{self, Delay};
 use super::inertia::{self, IdentifiedBody};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
+use super::possible_gain;
 use super::ramp_lag::KnownLag;
 use super::regressors::{NO_DELAY, record_of};
 use super::result::PoleFit;
@@ -38,18 +39,42 @@ impl Work<'_> {
         }
         let (gain, left_out) = voltage_gain::identify(&self.rotors);
         let supplies = supply_gain::identify(&self.rotors, self.full_voltage());
+        let most = possible_gain::most(&self.rotors).unwrap_or(f64::INFINITY);
         let is_shown = |gain: &Estimate| significance::no_gain(gain).is_none();
+        let is_impossible = |gain: &Estimate| is_shown(gain) && possible_gain::is_too_great(gain.value, most);
+        let is_taken = |gain: &Estimate| is_shown(gain) && !is_impossible(gain);
         let own = gain.as_ref().map(|it| it.gain);
         let between = supplies.as_ref().map(|it| it.gain);
-        self.battery = gain.filter(|it| is_shown(&it.gain));
-        self.supplies = supplies.filter(|it| is_shown(&it.gain));
+        self.battery = gain.filter(|it| is_taken(&it.gain));
+        self.supplies = supplies.filter(|it| is_taken(&it.gain));
+        let impossible = [between, own].into_iter().flatten().find(is_impossible);
+        self.impossible_gain = impossible.map(|gain| (gain.value, most));
+        let is_none = self.battery.is_none() && self.supplies.is_none();
+        if let Some(impossible) = impossible.filter(|_| is_none) {
+            return self.note(STEP, false, possible_gain::no_step(&impossible, most));
+        }
         // What a supply does under load within a level says little beside what it does from log to log.
-        let none = between.or(own).filter(|_| self.battery.is_none() && self.supplies.is_none());
+        let none = between.or(own).filter(|_| is_none);
         if let Some((shown, why)) = none.and_then(|shown| Some((shown, significance::no_gain(&shown)?))) {
             self.insignificant_gain = Some(shown);
             return self.note(STEP, false, why);
         }
         self.note_levels(STEP, left_out);
+    }
+
+    /// Says that a k_V is none that a motor has, and leaves the battery out where there is no other.
+    pub(crate) fn without_impossible_battery(&mut self) {
+        let Some((gain, most)) = self.impossible_gain else { return };
+        let is_left_out = self.voltage_gain().is_none();
+        if is_left_out {
+            self.use_battery = false;
+            self.rotors.iter_mut().chain(&mut self.excited).for_each(|rotor| rotor.voltage = None);
+        }
+        let refused = possible_gain::refused(gain, most, is_left_out);
+        // The joint estimation may have found another one as little possible.
+        if !self.findings.iter().any(|it| it.code == refused.code) {
+            self.findings.push(refused);
+        }
     }
 
     /// What constant commands came to: the more certain of what the logs' supplies and what single levels say.

@@ -5,6 +5,7 @@ use super::dead_time::Delay;
 use super::inertia::IdentifiedBody;
 use super::inputs;
 use super::joint_fit::JointFit;
+use super::possible_gain;
 use super::result::{IdentifySettings, PipelineStep, PoleFit};
 use super::significance;
 use super::single_rotor_fit::is_excited;
@@ -14,7 +15,6 @@ use super::thresholds::THRESHOLDS;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};
-use crate::estimation::quantile::quantile;
 use crate::screening::checks::command_follows_rate::COMMAND_FOLLOWS_RATE;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::quantized_voltage;
@@ -40,6 +40,8 @@ pub(crate) struct Work<'a> {
     pub supplies: Option<SupplyGain>,
     /// A k_V that hardly shows in constant commands.
     pub insignificant_gain: Option<Estimate>,
+    /// [rad/(s V)] a k_V of constant commands that no motor has, and the most that this one could have.
+    pub impossible_gain: Option<(f64, f64)>,
     /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
     pub mismatch: bool,
     /// Logs in which the body was seen.
@@ -83,6 +85,7 @@ impl<'a> Work<'a> {
             body: None,
             supplies: None,
             insignificant_gain: None,
+            impossible_gain: None,
             mismatch: false,
             body_logs: Vec::new(),
             no_body: Vec::new(),
@@ -133,14 +136,9 @@ impl<'a> Work<'a> {
     /// drag has.
     pub(crate) fn template_voltage_gain(&self) -> f64 {
         let template = self.settings.template.actuator.voltage_gain;
-        let highest = self.rotors.iter().flat_map(|rotor| &rotor.command).copied().fold(0.0, f64::max);
-        let high = THRESHOLDS.high_command * highest;
-        let rows = self.rotors.iter().flat_map(|rotor| rotor.rate.iter().zip(&rotor.command));
-        let rows = rows.filter(|(rate, command)| rate.is_finite() && **command > high);
-        // What the rotor does at full command, by what it does at high ones: the rate rises in proportion, or more.
-        let at_full = quantile(rows.map(|(rate, command)| rate / command), THRESHOLDS.high_rates);
+        let at_full = possible_gain::at_full_command(&self.rotors, |_, _| 1.0);
         match at_full.map(|rate| rate / self.full_voltage()) {
-            Some(most) if most > 0.0 && template > THRESHOLDS.voltage_gain_of_motor * most => most,
+            Some(most) if most > 0.0 && possible_gain::is_too_great(template, most) => most,
             _ => template,
         }
     }

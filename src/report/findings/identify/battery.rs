@@ -52,7 +52,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             if finding.number("left_out") == 1.0 {
                 "; the model goes without the battery's part"
             } else {
-                ", or leave the battery out (--no-battery); do not arm with this k_V"
+                "; the model takes another estimate of it"
             }
         ),
         "battery_not_logged" => format!(

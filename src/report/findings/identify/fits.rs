@@ -2,7 +2,7 @@
 
 use super::super::numbers::in_digits;
 use crate::screening::Finding;
-use crate::unit::with_error;
+use crate::unit::{short, with_error};
 
 /// The sentence of a finding about a fit.
 pub(super) fn sentence(finding: &Finding) -> Option<String> {
@@ -151,6 +151,13 @@ fn of_significance(finding: &Finding) -> Option<String> {
         "voltage_gain_not_significant" => {
             let value = in_digits(finding, "value", "error");
             return Some(format!("k_V would be {value} rad/(s V), which hardly shows: hold commands longer"));
+        }
+        "voltage_gain_of_no_motor" => {
+            let value = in_digits(finding, "value", "error");
+            let most = short(finding.number("most_rad_s_v").round());
+            return Some(format!(
+                "k_V would be {value} rad/(s V), which no motor has: all of its rate over all of its volts is {most} rad/(s V)"
+            ));
         }
         "inertia_not_significant" => {
             let value = in_digits(finding, "value", "error");
