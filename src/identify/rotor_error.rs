@@ -20,7 +20,9 @@ pub fn rotor_error(model: &Model, logs: &[&[ScreenedLog]]) -> Option<RotorError>
     let samples = errors.len();
     let squares: f64 = errors.iter().map(|error| error * error).sum();
     let largest = errors.iter().fold(0.0, |most: f64, error| most.max(error.abs()));
-    let (lowest_command, highest_command) = extremes(commands);
+    // A log may hold a little more than all: nobody commands it, and no model says so.
+    let (lowest, highest) = extremes(commands);
+    let [lowest_command, highest_command] = [lowest, highest].map(|command: f64| command.clamp(0.0, 1.0));
     let rms = (squares / samples as f64).sqrt();
     (rms > 0.0 && largest.is_finite()).then_some(RotorError {
         rms,
@@ -55,5 +57,23 @@ fn errors_of(equations: &Equations, rotor: &RotorLog, errors: &mut Vec<f64>, com
             errors.push(rotor.rate[row] - read);
             commands.push(rotor.command[row]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+
+    /// A scale that was written in few digits, or a stick beyond its end: what is written must be read again.
+    #[test]
+    fn the_range_of_commands_is_one_that_a_model_may_have() {
+        let of = |value: &dyn Fn(usize) -> f64| (0..500).map(value).collect::<Vec<f64>>();
+        let command = |row: usize| if row / 100 % 2 == 0 { 0.4 } else { 1.000_000_5 };
+        let rate = of(&|row| 1_000.0 * command(row) + (row * 37 % 11) as f64);
+        let columns = [("command_1", of(&command)), ("propeller_rate_1_rad_s", rate)];
+        let log = ScreenedLog::from(Dataset::made(of(&|row| 0.02 * row as f64), columns));
+        let error = rotor_error(&Model::paper(), &[&[log]]).expect("a turning rotor");
+        assert_eq!((error.lowest_command, error.highest_command), (0.4, 1.0));
     }
 }

@@ -15,6 +15,7 @@ use super::mapping::{Mapping, SignalMapping, TimeConfig};
 use super::row_clock;
 use super::table_clock::Clock;
 use super::tables::{Table, Tables};
+use super::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
 /// Reads the CSV log at `path` through `mapping`. Where the file holds several logs, one behind the other, `part`
@@ -386,6 +387,13 @@ fn limited(notes: &mut Notes, signal: &SignalMapping, value: f64, line: u64) -> 
             notes.clamped.entry(signal.name.clone()).or_default().add(line);
             value.clamp(low, high)
         }
+        _ if columns::is_command(&signal.name) => without_rounding(value),
         _ => value,
     }
+}
+
+/// [-] A command without what the digits of its scale and offset put it beyond nothing or all.
+fn without_rounding(command: f64) -> f64 {
+    let within = command.clamp(0.0, 1.0);
+    if (command - within).abs() <= THRESHOLDS.command_rounding { within } else { command }
 }

@@ -37,6 +37,8 @@ crate::thresholds! {
     guess_pulse: (f64, f64) = (800.0, 2200.0), "µs", "servo pulses of 1000 to 2000 µs, and what overshoots";
     /// time from row to row of a machine's log: of a time without a unit, the unit that makes it so.
     guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
+    /// how far beyond 0 and 1 the digits of a mapping's scale and offset put a command.
+    command_rounding: f64 = 1e-5, "-", "five digits";
     /// share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
     same_scale: f64 = 0.05, "-", "judgement";
     /// time from row to row of a table of levels whose pauses nobody recorded.

@@ -49,6 +49,22 @@ fn a_shipped_mapping_fits_where_its_columns_are_and_mean_the_same() {
     assert_eq!(Mapping::shipped_for(&names, &pulses), None, "pulses of 1000 to 2000 µs");
 }
 
+/// Pulses of 1000 to 2270 µs, by a scale and an offset of six digits: 1.00000054 at the end.
+#[test]
+fn the_digits_of_a_scale_command_no_more_than_all() {
+    let read = |cell: &str| {
+        let text = "[time]\ncolumn = \"t\"\nunit = \"s\"\n[[signal]]\nname = \"command_1\"\ncolumn = \"pulse\"\nunit = \"-\"\n\
+                    scale = 0.000787402\noffset = -0.787402\n";
+        let mapping = Mapping::parse(text, Path::new("m.toml")).expect("good");
+        let rows = format!("t,pulse\n0,{cell}\n0.1,{cell}\n");
+        let log = crate::log::mapped::parse(rows.as_bytes(), Path::new("log.csv"), &mapping, None);
+        log.expect("a log").0.column("command_1").expect("mapped")[0]
+    };
+    assert_eq!((read("2270"), read("1000")), (1.0, 0.0));
+    assert!((read("1635") - 0.5).abs() < 1e-5, "{}", read("1635"));
+    assert!(read("2300") > 1.02, "more than a rounding is kept, and said");
+}
+
 /// Exports of other years and units, and of a stand without a probe, are read by the same name.
 #[test]
 fn the_shipped_mapping_knows_the_headers_of_older_exports() {
