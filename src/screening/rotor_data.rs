@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::Finding;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::extremes;
+use crate::estimation::quantile::{extremes, median};
 use crate::log::dataset::is_hole;
 use crate::log::segments::held_or;
 use crate::log::thresholds as log_thresholds;
@@ -255,15 +255,46 @@ impl RotorLog {
         if rows().any(|row| low(&row)) && !rows().filter(low).any(|row| !is_measured(&row) || stands(row)) {
             return Vec::new();
         }
+        let coasts = self.coasts();
         let mut waiting_until = f64::NEG_INFINITY;
+        let is_coasting = |row: usize| {
+            let at = coasts.partition_point(|run| run.end <= row);
+            coasts.get(at).is_some_and(|run| run.contains(&row))
+        };
         let mut rests = |row: &usize| {
             let has_not_started = standing > 0.0 && self.time[*row] <= waiting_until && stands(*row);
-            if low(row) || has_not_started {
+            if (low(row) && !is_coasting(*row)) || has_not_started {
                 waiting_until = self.time[*row] + THRESHOLDS.starting;
             }
             self.time[*row] <= waiting_until
         };
         rows().filter(|row| rests(row)).collect()
+    }
+
+    /// Runs of low commands under which the rotor coasts: by all its readings, the last of them right before the command comes back, and
+    /// the first behind that, it never came to rest. Behind a hole nobody knows.
+    fn coasts(&self) -> Vec<Range<usize>> {
+        let low = |row: usize| self.command[row] < LEAST_COMMAND;
+        let whole = self.whole();
+        let running = whole.iter().cloned().flatten().filter(|row| !low(*row)).map(|row| self.rate[row]);
+        let Some(typical) = median(running.filter(|rate| *rate > 0.0)) else { return Vec::new() };
+        let turns = |rate: f64| rate > THRESHOLDS.rested_share * typical;
+        let is_known = |row: &usize| self.rate[*row].is_finite();
+        let mut coasts = Vec::new();
+        for segment in &whole {
+            let mut row = segment.start;
+            while row < segment.end {
+                let (begin, is_low) = (row, low(row));
+                row = (begin..segment.end).find(|row| low(*row) != is_low).unwrap_or(segment.end);
+                let next = (row..segment.end).find(is_known).filter(|next| is_low && turns(self.rate[*next]));
+                let is_read = (begin.max(row.saturating_sub(2))..row).any(|row| is_known(&row));
+                let mut known = (begin..row).filter(is_known);
+                if next.is_some() && is_read && known.all(|row| turns(self.rate[row])) {
+                    coasts.push(begin..row);
+                }
+            }
+        }
+        coasts
     }
 }
 
@@ -382,6 +413,39 @@ mod tests {
         let (rotor, warnings) = rotor(&log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0));
         assert!(rotor.scored().all(|row| rotor.time[row] > 5.4));
         assert!(warnings.iter().any(|it| it.code == "standstill_left_out" && it.rows == 275), "{warnings:?}");
+    }
+
+    /// Half a second at 2 ms: a binary signal between nothing and half, a rotor that follows with `pole` [rad/s], and rests before.
+    fn binary(pole: f64) -> Dataset {
+        let command = |row: usize| match row {
+            ..100 => 0.0,
+            _ if row / 10 * 7 % 4 < 2 => 0.5,
+            _ => 0.0,
+        };
+        let mut rate = 0.0;
+        let rates = (0..2_000).map(|row| {
+            rate += (1_000.0 * command(row) - rate) * (1.0 - (-0.002 * pole).exp());
+            rate
+        });
+        let rates = rates.collect();
+        let time = (0..2_000).map(|row| 0.002 * row as f64).collect();
+        let commands = (0..2_000).map(command).collect();
+        Dataset::made(time, [("command_1", commands), ("propeller_rate_1_rad_s", rates)])
+    }
+
+    /// Under a command of nothing that comes back while it still turns it coasts: that is an answer to a known command.
+    #[test]
+    fn a_rotor_that_never_came_to_rest_does_not_start() {
+        let (coasting, warnings) = rotor(&binary(16.0));
+        let left = 2_000 - coasting.scored().count();
+        assert!((100..=365).contains(&left), "{left}, of the first start: {warnings:?}");
+        let low = coasting.scored().filter(|row| coasting.command[*row] == 0.0).count();
+        assert!(low > 700, "{low} where it coasts");
+        let screened = ScreenedLog::of(&binary(16.0));
+        assert_eq!(screened.rotor(1).unwrap().starts().count(), 1);
+        // One that has come to rest within each pause starts again each time.
+        let (standing, warnings) = rotor(&binary(400.0));
+        assert_eq!(standing.scored().count(), 0, "{warnings:?}");
     }
 
     /// In the hole the rotor was commanded to turn: behind it it is starting, until half a second after it stood.

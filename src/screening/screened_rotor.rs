@@ -129,7 +129,7 @@ impl ScreenedRotor {
     pub fn starts(&self) -> impl Iterator<Item = f64> + '_ {
         let is_start = |row: &usize| {
             let [before, now] = [self.data.command[row - 1], self.data.command[*row]];
-            before < LEAST_COMMAND && now >= LEAST_COMMAND
+            before < LEAST_COMMAND && now >= LEAST_COMMAND && self.rests(row - 1)
         };
         (1..self.data.time.len()).filter(is_start).map(|row| self.data.time[row])
     }

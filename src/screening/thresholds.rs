@@ -223,6 +223,8 @@ crate::thresholds! {
     least_command: f64 = 0.05, "-", "judgement";
     /// share of a rotor's greatest measured rate below which it stands, or has not started yet.
     standing_share: f64 = 0.05, "-", "judgement";
+    /// share of what a rotor does at the median under way down to which it has come to rest, when a command turns it again.
+    rested_share: f64 = 0.1, "-", "judgement";
     /// time after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
     /// share of a rotor's greatest measured rate up to which it stands still, where the command would turn it: noise of a sensor.
