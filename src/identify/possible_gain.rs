@@ -47,7 +47,6 @@ pub(crate) fn most(rotors: &[RotorLog]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::identify::{IdentifySettings, identify};
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;

@@ -11,7 +11,6 @@ use super::significance;
 use super::single_rotor_fit::is_excited;
 use super::static_curve::StaticCurve;
 use super::supply_gain::SupplyGain;
-use super::thresholds::THRESHOLDS;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};

@@ -25,6 +25,7 @@ pub mod plausibility;
 pub(crate) mod quantized_voltage;
 pub mod readings;
 pub mod requirements;
+mod rise;
 mod rotor;
 pub mod rotor_data;
 pub mod run_stretches;

@@ -26,10 +26,15 @@ pub fn reading_interval(time: &[f64], readings: &[f64]) -> Option<f64> {
 }
 
 impl RotorLog {
-    /// Says that its rates come too seldom for a rotor with this pole [rad/s].
+    /// Says that its rates come too seldom for a rotor with this pole [rad/s], where its own steps do not say that it is a slower one.
     pub(crate) fn too_seldom(&self, pole: f64) -> Option<Finding> {
         let interval = reading_interval(&self.time, &self.rate).filter(|it| is_too_seldom(*it, pole))?;
+        let rise = self.rise(interval);
+        if rise.pole.is_some_and(|own| !is_too_seldom(interval, own)) {
+            return None;
+        }
         let found = self.finding("readings_too_seldom").with("rate_hz", interval.recip());
+        let found = found.with("steps", rise.steps);
         Some(found.with("needed_hz", rate_needed(pole)).with("pole_rad_s", pole))
     }
 }

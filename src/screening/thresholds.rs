@@ -265,6 +265,14 @@ crate::thresholds! {
     late_error_left: f64 = 2.0 / 3.0, "-", "judgement: as `lead_error_share` of identify";
     /// rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
     seldom_readings: f64 = 2.5, "time constants", "judgement";
+    /// steps with a reading on the way that say how quickly a rotor follows, at least.
+    fewest_rises: usize = 5, "count", "judgement";
+    /// readings at the end of a level at which a rotor has come to rest, at least; a quarter of a longer one.
+    readings_at_rest: usize = 3, "count", "judgement";
+    /// share of a step that is left where a reading counts as on the way.
+    share_on_the_way: (f64, f64) = (0.1, 0.9), "-", "judgement: noise and drift below, a dead time above";
+    /// times its scatter at rest that a step must go, and a reading be away from rest, to be on the way.
+    plain_rise: f64 = 8.0, "-", "judgement";
     /// rows so far apart say nothing: between them a rotor may settle to the last digit.
     hold_too_slow: f64 = 0.15, "s", "judgement";
     /// share of cells equal to the one before, below which nobody holds a reading.

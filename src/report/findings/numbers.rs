@@ -41,6 +41,20 @@ pub(super) fn digits(value: f64, digits: i32) -> String {
     short((value * scale).round() / scale)
 }
 
+/// Why rates come too seldom: what steps of the log show, or what a model says.
+pub(super) fn settled_between(finding: &Finding) -> String {
+    let pole = digits(finding.number("pole_rad_s"), 3);
+    match finding.count("steps") {
+        0 => format!(
+            "and a rotor with a pole of {pole} rad/s, the model's, has settled between two of them (no step here shows this rotor's)"
+        ),
+        steps => format!(
+            "and behind {} of this log the rotor has settled before too few of them to say how (the model's pole is {pole} rad/s)",
+            counted(steps, "step")
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

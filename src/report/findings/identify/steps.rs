@@ -1,6 +1,6 @@
 //! Sentences for the steps of section III: what was done, or why it was not.
 
-use super::super::numbers::{counted, digits};
+use super::super::numbers::{counted, digits, settled_between};
 use crate::screening::Finding;
 
 /// A step of section III and its equation; a name that is no step's stands for itself.
@@ -78,8 +78,9 @@ fn not_done(finding: &Finding) -> Option<String> {
         ),
         "no_constant_commands" => "no command was held constant for five seconds after settling".to_owned(),
         "readings_too_seldom" => format!(
-            "rates come at {} Hz, {} Hz are the least that show how this rotor follows",
+            "rates come at {} Hz, {}: {} Hz are the least that show how such a rotor follows",
             digits(finding.number("rate_hz"), 2),
+            settled_between(finding),
             digits(finding.number("needed_hz"), 2)
         ),
         "too_few_jumps" => format!(

@@ -1,6 +1,6 @@
 //! Sentences for what is found of one rotor's command, rate, thrust and battery.
 
-use super::super::numbers::{counted, digits};
+use super::super::numbers::{counted, digits, settled_between};
 use super::cells::more_places;
 use crate::screening::Finding;
 use crate::unit::{short, with_error};
@@ -32,10 +32,10 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             number("interval_s")
         ),
         "readings_too_seldom" => format!(
-            "rates come at {} Hz, and a rotor with a pole of {} rad/s has settled between two of them: {} Hz are the least that show how \
-             it follows, so pole and delay are not fitted to them (PX4: SDLOG_PROFILE; ArduPilot and ESCs: a faster telemetry)",
+            "rates come at {} Hz, {}: {} Hz are the least that show how such a rotor follows, so pole and delay are not fitted to them \
+             (PX4: SDLOG_PROFILE; ArduPilot and ESCs: a faster telemetry)",
             digits(number("rate_hz"), 2),
-            digits(number("pole_rad_s"), 3),
+            settled_between(finding),
             digits(number("needed_hz"), 2)
         ),
         "command_out_of_range" => format!(
