@@ -1,8 +1,9 @@
-//! A k_V that no motor has: more rate for one volt than its share of all of them. A motor without any drag turns in proportion to its
-//! voltage; what drags at it takes from that. Where more comes out, something else went with the voltage (a motor that warms up, a
-//! supply that wanders), and curve and pole would be bent to it: it is not taken.
+//! A k_V that no motor has: more rate for one volt than its share of all of them, or plainly less than none. A motor without any drag
+//! turns in proportion to its voltage; what drags at it takes from that. Where more comes out, something else went with the voltage (a
+//! motor that warms up, a supply that wanders), and curve and pole would be bent to it: it is not taken.
 
 use super::Estimate;
+use super::significance;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
 use crate::screening::Finding;
@@ -19,10 +20,15 @@ pub(crate) fn refused(gain: f64, most: f64, left_out: bool) -> Finding {
     found.with("most_rad_s_v", most).with("left_out", usize::from(left_out))
 }
 
+/// Whether a k_V that shows is none that a motor has.
+pub(crate) fn is_impossible(gain: &Estimate, most: f64) -> bool {
+    significance::is_significant(gain) && (gain.value < 0.0 || is_too_great(gain.value, most))
+}
+
 /// Why nothing is taken of constant commands whose k_V no motor has.
 pub(crate) fn no_step(gain: &Estimate, most: f64) -> Finding {
-    let found = Finding::new("voltage_gain_of_no_motor", "voltage_gain").with("value", gain.value);
-    found.with("error", gain.standard_error).with("most_rad_s_v", most)
+    let code = if gain.value < 0.0 { "voltage_gain_negative" } else { "voltage_gain_of_no_motor" };
+    significance::with_estimate(Finding::new(code, "voltage_gain"), gain).with("most_rad_s_v", most)
 }
 
 /// [rad/s] what a rotor does at full command, by what it does at high ones: the rate rises in proportion, or more; each over what
@@ -79,6 +85,14 @@ mod tests {
         assert!(found.battery.is_none() && found.actuator.voltage_gain == 0.0, "{:?}", found.actuator);
         let at_full = found.actuator.steady_rate(1.0, None);
         assert!((at_full - 1_000.0).abs() < 20.0, "as with --no-battery: {at_full}");
+        // A battery that gives way makes no rotor faster, and holding on for longer would not change that.
+        let rising = identify(&[levels(-10.0)], &[], &IdentifySettings::default()).expect("levels");
+        let why = &rising.parts[0].finding;
+        assert_eq!(why.code, "voltage_gain_negative", "{why:?}");
+        assert!((why.number("value") + 1_000.0).abs() < 100.0, "{why:?}");
+        let said = crate::report::findings::sentence(why);
+        assert!(said.contains("rose as the voltage fell") && !said.contains("longer"), "{said}");
+        assert_eq!(rising.actuator.voltage_gain, 0.0, "{:?}", rising.findings);
         // Of a hundredth of a volt a motor may make 80 rad/s for one.
         let possible = identify(&[levels(0.8)], &[], &IdentifySettings::default()).expect("levels");
         assert!((possible.actuator.voltage_gain - 80.0).abs() < 30.0, "{:?}", possible.actuator);

@@ -41,15 +41,17 @@ impl Work<'_> {
         let supplies = supply_gain::identify(&self.rotors, self.full_voltage());
         let most = possible_gain::most(&self.rotors).unwrap_or(f64::INFINITY);
         let is_shown = |gain: &Estimate| significance::no_gain(gain).is_none();
-        let is_impossible = |gain: &Estimate| is_shown(gain) && possible_gain::is_too_great(gain.value, most);
+        let is_impossible = |gain: &Estimate| possible_gain::is_impossible(gain, most);
         let is_taken = |gain: &Estimate| is_shown(gain) && !is_impossible(gain);
         let own = gain.as_ref().map(|it| it.gain);
         let between = supplies.as_ref().map(|it| it.gain);
         self.battery = gain.filter(|it| is_taken(&it.gain));
         self.supplies = supplies.filter(|it| is_taken(&it.gain));
         let impossible = [between, own].into_iter().flatten().find(is_impossible);
-        self.impossible_gain = impossible.map(|gain| (gain.value, most));
         let is_none = self.battery.is_none() && self.supplies.is_none();
+        // What a supply does under its load is no fault where several of them say more.
+        let said = impossible.filter(|gain| is_none || gain.value > 0.0);
+        self.impossible_gain = said.map(|gain| (gain.value, most));
         if let Some(impossible) = impossible.filter(|_| is_none) {
             return self.note(STEP, false, possible_gain::no_step(&impossible, most));
         }

@@ -152,6 +152,13 @@ fn of_significance(finding: &Finding) -> Option<String> {
             let value = in_digits(finding, "value", "error");
             return Some(format!("k_V would be {value} rad/(s V), which hardly shows: hold commands longer"));
         }
+        "voltage_gain_negative" => {
+            let value = in_digits(finding, "value", "error");
+            return Some(format!(
+                "k_V would be {value} rad/(s V): the rates rose as the voltage fell, which is no battery's doing (the rates drifted, \
+                 another load drew on it, or another column is its voltage)"
+            ));
+        }
         "voltage_gain_of_no_motor" => {
             let value = in_digits(finding, "value", "error");
             let most = short(finding.number("most_rad_s_v").round());
