@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::sample_and_hold::SAMPLE_AND_HOLD;
+use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::distinct;
 use crate::screening::channel::{CheckedChannel, Judgement};
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held};
@@ -100,10 +101,64 @@ fn frozen_of(
         let unanswered = (first..last)
             .find(is_asked)
             .is_some_and(|row| to - time[row] >= THRESHOLDS.rate_frozen_unanswered);
-        if unanswered {
-            let commands = bounds(&command[first..=last]);
+        let commands = bounds(&command[first..=last]);
+        if unanswered && !is_within_steps(command, rate, value, commands, scale) {
             found.push(Frozen { rows: rows.to_vec(), value, from, to, commands });
         }
     }
     found
+}
+
+/// Whether commands that move this little leave a reading on its value by what they do elsewhere in the log: near its limit a rotor hardly
+/// answers, and its rate stays within a step of the reading. Rows with the same reading say nothing: they may have stood still, too.
+fn is_within_steps(
+    command: &[f64],
+    rate: &[f64],
+    value: f64,
+    (low, high): (f64, f64),
+    scale: &Scale,
+) -> bool {
+    let near = (2.0 * low - high)..=(2.0 * high - low);
+    let counts = |row: &usize| near.contains(&command[*row]) && rate[*row].is_finite() && rate[*row] != value;
+    let rows: Vec<usize> = (0..rate.len()).filter(counts).collect();
+    let [u, w] = [command, rate].map(|of| mean_of(rows.iter().map(|row| of[*row])));
+    let (mut products, mut squares) = (0.0, 0.0);
+    for row in &rows {
+        products += (command[*row] - u) * (rate[*row] - w);
+        squares += (command[*row] - u).powi(2);
+    }
+    let moved = (products / squares).abs() * (high - low);
+    let step = scale.step(value).unwrap_or(0.0);
+    rows.len() >= THRESHOLDS.rate_frozen_fewest && moved <= THRESHOLDS.rate_frozen_steps * step
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// A rotor near its limit, whose rate rises by a part of a step of its reading from row to row, and falls as slowly; where it is
+    /// `frozen` it reads one value for 30 rows.
+    fn log(frozen: bool) -> ScreenedLog {
+        let at = |row: usize| row as f64 / 400.0;
+        let command = |row: usize| if row < 400 { 0.3 + 0.7 * at(row) } else { 1.0 - 0.7 * (at(row) - 1.0) };
+        let rate = |row: usize| {
+            let turns = 500.0 * (1.0 - (-6.0 * command(row)).exp());
+            if frozen && (100..130).contains(&row) { 276.0 * 1.7 } else { (turns / 1.7).round() * 1.7 }
+        };
+        let of = |value: &dyn Fn(usize) -> f64| (0..800).map(value).collect::<Vec<f64>>();
+        let columns = [("command_1", of(&command)), ("propeller_rate_1_rad_s", of(&rate))];
+        Dataset::made(of(&|row| 0.3 * row as f64), columns).into()
+    }
+
+    #[test]
+    fn a_reading_that_stays_on_its_step_near_the_limit_is_not_frozen() {
+        let found = |frozen: bool| {
+            let log = log(frozen);
+            let found = log.channel_findings().find(|it| it.code == super::RATE_FROZEN).cloned();
+            found.map(|it| it.rows)
+        };
+        assert_eq!(found(false), None);
+        assert_eq!(found(true), Some(30));
+    }
 }

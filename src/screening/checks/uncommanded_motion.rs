@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::finite::finite_rows;
 use crate::estimation::least_squares;
+use crate::estimation::quantile::distinct;
 use crate::screening::channel::Judgement;
 use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor::CheckedRotor;
@@ -27,7 +28,9 @@ impl RotorLog {
             if kind != SteadyCommand::Constant {
                 continue;
             }
-            let Some((scatter, mean)) = self.scatter(&rows) else { continue };
+            let Some((scatter, mean)) = self.scatter(&rows).filter(|it| it.0 > self.finest_step()) else {
+                continue;
+            };
             if shown.is_none_or(|(most, ..)| scatter > most) {
                 shown = Some((scatter, mean, self.command[rows.start]));
             }
@@ -44,6 +47,13 @@ impl RotorLog {
         let finding = self.finding("uncommanded_motion").with("command", command);
         let finding = finding.with("scatter_rad_s", scatter).with("mean_rad_s", mean);
         Some(Judgement::new(finding.with("from_s", first).with("to_s", last), left))
+    }
+
+    /// [rad/s] the least difference between two readings: a rate on the edge of such a step scatters by up to half of it, and a sensor that
+    /// counts by another half.
+    fn finest_step(&self) -> f64 {
+        let readings = distinct(&self.rate);
+        readings.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
     }
 
     /// The first row since which the command is what it is in `rows`: it settles for a while before it counts as steady, but
@@ -135,6 +145,21 @@ mod tests {
         assert_eq!((warnings[0].code, warnings[0].rows), ("uncommanded_motion", 1000));
         let span = [warnings[0].number("from_s"), warnings[0].number("to_s")];
         assert!((span[0] - 60.0).abs() < 0.05 && (span[1] - 80.0).abs() < 0.05, "{warnings:?}");
+    }
+
+    /// A slow rotor whose encoder counts few lines: 9 rad/s in steps of 0.9, that a slow ripple takes over the edge of a step and back.
+    #[test]
+    fn a_reading_in_coarse_steps_that_scatters_by_one_is_no_motion() {
+        let of = |size: f64| {
+            let mut calm = log(0.0, 0.0);
+            let ripple = |row: usize| size * (0.04 * row as f64).sin() + 0.3 * noise_of(row, 0);
+            let rates = (0..6000).map(|row| ((9.0 + ripple(row)) / 0.9).round() * 0.9);
+            calm.replace("propeller_rate_1_rad_s", rates.collect()).unwrap();
+            rotor(&calm)
+        };
+        let (calm, warnings) = of(0.5);
+        assert_eq!((calm.scored().count(), warnings), (6000, vec![]));
+        assert_eq!(of(3.0).1[0].code, "uncommanded_motion", "three steps up and down");
     }
 
     #[test]
