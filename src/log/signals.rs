@@ -56,6 +56,14 @@ pub fn log_signal(name: &str) -> Option<&'static LogSignal> {
     })
 }
 
+/// Whether a table with these columns is in our own format: the time under our name, and another signal of ours. Programs of others
+/// call their time `time_s`, too.
+#[must_use]
+pub fn are_ours<'a>(names: impl Iterator<Item = &'a str> + Clone) -> bool {
+    let mut signals = names.clone().filter(|name| *name != columns::TIME);
+    names.clone().any(|name| name == columns::TIME) && signals.any(|name| log_signal(name).is_some())
+}
+
 /// The name that the same signal has on rotor `number`; `None` where it is no rotor's.
 #[must_use]
 pub fn of_rotor(name: &str, number: usize) -> Option<String> {
@@ -83,6 +91,14 @@ fn rotor_parts(name: &str) -> Option<(&str, usize, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_time_of_our_name_alone_makes_no_log_of_ours() {
+        let ours = |names: &[&str]| are_ours(names.iter().copied());
+        assert!(ours(&["time_s", "note", "command_3"]));
+        assert!(!ours(&["time_s", "commanded_deg_s", "feedback_deg_s"]));
+        assert!(!ours(&["t", "command_1"]) && !ours(&["time_s"]));
+    }
 
     #[test]
     fn signals_of_further_rotors_are_known() {

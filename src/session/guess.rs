@@ -11,6 +11,7 @@ use crate::log::formats::FORMATS;
 use crate::log::guess::{GuessedColumn, guess, signals};
 use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
 use crate::log::mended::mend;
+use crate::log::signals::are_ours;
 use crate::log::sniff::{SampledColumn, layout};
 use crate::log::thresholds::THRESHOLDS;
 use crate::log::{can_capture, limits, unreadable};
@@ -52,7 +53,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         };
         let tables = format.read(&ReadRequest { path, bytes: &all, part: None, wants: &|_, _| true })?;
         let columns = tables.tables.iter().flat_map(|table| &table.columns);
-        if columns.clone().any(|column| column.name == columns::TIME) {
+        if are_ours(columns.clone().map(|column| column.name.as_str())) {
             return Ok(None);
         }
         let sampled = columns.map(|column| SampledColumn {

@@ -14,7 +14,7 @@ use crate::log::can_capture::CaptureNotes;
 use crate::log::csv::LogError;
 use crate::log::format::{FormatError, LogFormat, ReadRequest, START, Start};
 use crate::log::formats::{FORMATS, readable};
-use crate::log::signals::{of_rotor, rotor_of};
+use crate::log::signals::{are_ours, of_rotor, rotor_of};
 use crate::log::{
     Dataset, DatasetError, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable,
 };
@@ -300,7 +300,10 @@ fn tabular(
 
 /// Whether a text begins with a header of ours: a mapping for other logs is not for it.
 pub(super) fn is_ours(start: &Start) -> bool {
-    header(start).iter().any(|name| name == columns::TIME)
+    let names = header(start);
+    // Of a header that goes on behind what was read, not all names are known.
+    let goes_on = !start.bytes.contains(&b'\n') && names.iter().any(|name| name == columns::TIME);
+    goes_on || are_ours(names.iter().map(String::as_str))
 }
 
 /// Whether a text begins with a header that has all columns of a mapping: what the user said of it holds, whatever it is named like.
