@@ -96,6 +96,18 @@ fn is_matlab_4(bytes: &[u8]) -> bool {
     })
 }
 
+/// What programs write that say each row as an object.
+const JSON: (&str, &str) = (
+    "JSON, which is not read",
+    "where each line is an object, pandas makes a CSV of it: `read_json('LOG', lines=True).to_csv('log.csv')`",
+);
+
+/// Whether the first line that is not empty begins as an object of JSON does.
+fn is_json(start: &Start) -> bool {
+    let text = start.bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(start.bytes);
+    text.trim_ascii_start().starts_with(b"{")
+}
+
 /// Whether a file is TOML, by its name or by the lines that its beginning holds whole.
 fn is_toml(start: &Start) -> bool {
     if start.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
@@ -116,12 +128,14 @@ pub fn recognised(start: &Start) -> Option<(&'static str, &'static str)> {
     let begins = |kind: &&Kind| start.bytes.get(kind.at..).is_some_and(|rest| rest.starts_with(kind.begins));
     let known = KINDS.iter().find(begins).map(|kind| (kind.what, kind.instead));
     let known = known.or_else(|| is_matlab_4(start.bytes).then_some(MATLAB_4));
-    known.or_else(|| is_toml(start).then_some(TOML)).or_else(|| {
-        (start.bytes.first() == Some(&CRAZYFLIE)).then_some((
-            "a log of Crazyflie's micro-SD deck",
-            "write it as CSV with `cfusdlog.py` of the Crazyflie firmware",
-        ))
-    })
+    known.or_else(|| is_json(start).then_some(JSON)).or_else(|| is_toml(start).then_some(TOML)).or_else(
+        || {
+            (start.bytes.first() == Some(&CRAZYFLIE)).then_some((
+                "a log of Crazyflie's micro-SD deck",
+                "write it as CSV with `cfusdlog.py` of the Crazyflie firmware",
+            ))
+        },
+    )
 }
 
 /// Whether a file is no text: a zero byte near its start is in no CSV of any encoding that is read here.
@@ -156,6 +170,10 @@ mod tests {
         assert_eq!(what(&matlab(1010_u32.to_be_bytes(), u32::to_be_bytes)), of_version_4);
         assert_eq!(what(&matlab([7, 7, 7, 7], u32::to_le_bytes)), None);
         assert_eq!(what(&[0; 64]), None);
+        for json in [&b"{\"rpm\":0,\"t\":1.7}\n{\"rpm\":1,\"t\":1.8}\n"[..], b"\xef\xbb\xbf\n {\n\"t\": []}"]
+        {
+            assert!(what(json).is_some_and(|it| it.starts_with("JSON")));
+        }
         assert_eq!(what(b"# a remark\n"), None);
         assert_eq!(what(b"time_s,a\n"), None);
         assert_eq!(what(b""), None);
