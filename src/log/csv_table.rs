@@ -31,7 +31,7 @@ pub(crate) fn read(
             format!("the bytes are not {} text; set `encoding` in the mapping", mapping.encoding.name());
         return Err(ForeignError::Syntax { path: path.to_owned(), line: None, reason });
     }
-    Reader { path, mapping, notes }.read(&text)
+    Reader { path, mapping, notes, parted_by: None }.read(&text)
 }
 
 /// A column on its way into a table.
@@ -54,6 +54,8 @@ struct Reader<'a> {
     path: &'a Path,
     mapping: &'a Mapping,
     notes: &'a mut Notes,
+    /// Another character than the mapping's that seems to stand between the cells of the first line.
+    parted_by: Option<char>,
 }
 
 impl Reader<'_> {
@@ -120,8 +122,9 @@ impl Reader<'_> {
     }
 
     /// The names of the columns; of a file without a header, their numbers.
-    fn header(&self, first: csv::Result<&csv::StringRecord>) -> Result<Vec<String>, ForeignError> {
+    fn header(&mut self, first: csv::Result<&csv::StringRecord>) -> Result<Vec<String>, ForeignError> {
         let cells = first.map_err(|error| self.syntax(&error))?;
+        self.parted_by = other_delimiter(cells, self.config().delimiter);
         if let Some(reason) = not_names(cells.iter().collect::<Vec<_>>().into_iter()) {
             return Err(ForeignError::Syntax { path: self.path.to_owned(), line: Some(1), reason });
         }
@@ -237,6 +240,7 @@ impl Reader<'_> {
             mapping: self.mapping.name.as_str().into(),
             reason,
             header: listed(header.iter().map(String::as_str)).into(),
+            delimiter: self.parted_by,
         })
     }
 
@@ -255,6 +259,14 @@ impl Reader<'_> {
             cell: shortened(cell),
         })
     }
+}
+
+/// A character that parts a first line into more cells than the mapping's does.
+fn other_delimiter(cells: &csv::StringRecord, own: char) -> Option<char> {
+    let parts = |other: &char| -> bool {
+        *other != own && cells.iter().map(|cell| cell.matches(*other).count()).sum::<usize>() >= cells.len()
+    };
+    ['\t', ';', ',', '|'].into_iter().find(parts)
 }
 
 /// Names of columns, for a message: the first ones, and how many there are.

@@ -20,6 +20,14 @@ fn is_date(cell: &str) -> bool {
     cell.starts_with(is_digit) && ['-', '/', ':'].iter().any(|mark| numbers(*mark) >= 3)
 }
 
+/// What to do where another character stands between the cells.
+fn asks_for(delimiter: char) -> String {
+    let spelled = if delimiter == '\t' { "\\t".to_owned() } else { delimiter.to_string() };
+    format!(
+        "; its cells seem to be parted by `{spelled}`: write `delimiter = \"{spelled}\"` above `[time]` in the mapping"
+    )
+}
+
 /// Why a foreign log cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ForeignError {
@@ -43,7 +51,8 @@ pub enum ForeignError {
     },
     /// The mapping names a column that the file does not have, or has twice.
     #[error(
-        "{path}: {reason} column `{column}` (for `{signal}` of the mapping `{mapping}`); the header reads {header}"
+        "{path}: {reason} column `{column}` (for `{signal}` of the mapping `{mapping}`); the header reads {header}{}",
+        delimiter.map_or_else(String::new, asks_for)
     )]
     Column {
         /// The file.
@@ -58,6 +67,8 @@ pub enum ForeignError {
         reason: &'static str,
         /// The columns that are there.
         header: Box<str>,
+        /// Another character than the mapping's that seems to stand between the cells.
+        delimiter: Option<char>,
     },
     /// A cell is not a number.
     #[error("{path}, line {line}, column `{column}`: `{cell}` is not a number ({})", instead_of(cell))]
@@ -120,7 +131,30 @@ pub enum ForeignError {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::log::Mapping;
+    use crate::log::mapped::parse;
+
+    #[test]
+    fn a_table_parted_by_another_character_asks_for_its_delimiter() {
+        let mapping =
+            "[time]\ncolumn = \"#1\"\n[[signal]]\nname = \"command_1\"\ncolumn = \"#2\"\nunit = \"-\"\n";
+        let of = |text: &str, mapping: &str| {
+            let mapping = Mapping::parse(mapping, Path::new("m.toml")).expect("a mapping");
+            parse(text.as_bytes(), Path::new("a.txt"), &mapping, None).expect_err("no column").to_string()
+        };
+        let said = of("0\t1\n1\t2\n", &format!("header = false\n{mapping}"));
+        assert!(
+            said.contains("no column `#2`")
+                && said.ends_with("write `delimiter = \"\\t\"` above `[time]` in the mapping"),
+            "{said}"
+        );
+        let said = of("t;u\n0;1\n", mapping);
+        assert!(said.contains("`delimiter = \";\"`"), "{said}");
+        assert!(!of("t,u (a;b)\n0,1\n", mapping).contains("delimiter"));
+    }
 
     #[test]
     fn a_stamp_of_date_or_time_is_known_as_one() {

@@ -164,6 +164,7 @@ impl Assembly<'_> {
                     mapping: self.mapping.name.as_str().into(),
                     reason: "in one table, with one clock, there are not all of",
                     header: listed(tables.iter().map(|table| table.name.as_str())).into(),
+                    delimiter: None,
                 });
             }
             let values = self.values(&tables[at], index, &found);
@@ -298,6 +299,7 @@ impl Assembly<'_> {
                     mapping: self.mapping.name.as_str().into(),
                     reason: if found.is_empty() { "no" } else { "more than one" },
                     header: listed(all.iter().map(String::as_str)).into(),
+                    delimiter: None,
                 })
             }
         }
