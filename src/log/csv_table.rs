@@ -7,6 +7,7 @@ use super::limits::{not_names, shortened};
 use super::lines::Lines;
 use super::mapping::{Mapping, MappingConfig, TimeConfig};
 use super::tables::{Column, Table};
+use super::text_tail;
 use crate::cancel;
 use crate::signal::columns;
 use std::path::Path;
@@ -50,6 +51,25 @@ struct Clock {
     table: Table,
 }
 
+/// Where in a text what is to be read ends.
+struct Ends {
+    /// Of rows, where text is behind them.
+    rows: Option<usize>,
+    /// Of whole lines, where the last one has no end.
+    whole: Option<usize>,
+}
+
+impl Ends {
+    fn of(body: &str, config: &MappingConfig, columns: usize) -> Self {
+        let rows = text_tail::begin(body, config, columns);
+        let whole = body.rfind(['\n', '\r']).map_or(0, |end| end + 1);
+        let last = &body[whole..];
+        let is_remark = config.comment.is_some_and(|comment| last.starts_with(comment));
+        let is_unfinished = !last.trim().is_empty() && !is_remark;
+        Self { rows: (rows < body.len()).then_some(rows), whole: is_unfinished.then_some(whole) }
+    }
+}
+
 struct Reader<'a> {
     path: &'a Path,
     mapping: &'a Mapping,
@@ -85,27 +105,13 @@ impl Reader<'_> {
         let (mut clocks, mut wanted) = self.columns(&header)?;
         let mut lines = Lines::new(body.as_bytes(), comment, config.skip_lines as u64 + 1);
         let mut record = csv::StringRecord::new();
-        let unfinished = body.rfind(['\n', '\r']).map_or(0, |end| end + 1);
-        let is_unfinished = !body[unfinished..].trim().is_empty() && !is_remark(&&body[unfinished..]);
+        let ends = Ends::of(body, &config, header.len());
         while reader.read_record(&mut record).map_err(|error| self.syntax(&error))? {
             cancel::check();
             let line = lines.of(record.position());
-            if config.header && record.iter().eq(header.iter()) {
-                self.notes.repeated_header.add(line);
-                continue;
+            if self.is_row(&mut record, line, &header, &ends) {
+                self.row(&record, line, &mut clocks, &mut wanted)?;
             }
-            self.notes.rows += 1;
-            let begin = record.position().map_or(0, |position| position.byte() as usize);
-            if is_unfinished && begin >= unfinished && !record.is_empty() {
-                self.notes.cut_cell.add(line);
-                record.truncate(record.len() - 1);
-            }
-            match record.len().cmp(&header.len()) {
-                std::cmp::Ordering::Less => self.notes.short_rows.add(line),
-                std::cmp::Ordering::Greater => self.notes.long_rows.add(line),
-                std::cmp::Ordering::Equal => {}
-            }
-            self.row(&record, line, &mut clocks, &mut wanted)?;
         }
         for wanted in wanted {
             if let Some(clock) = clocks.get_mut(wanted.clock) {
@@ -113,6 +119,31 @@ impl Reader<'_> {
             }
         }
         Ok(clocks.into_iter().map(|clock| clock.table).collect())
+    }
+
+    /// Whether a record is a row under the header; notes what is odd about it.
+    fn is_row(&mut self, record: &mut csv::StringRecord, line: u64, header: &[String], ends: &Ends) -> bool {
+        if self.config().header && record.iter().eq(header.iter()) {
+            self.notes.repeated_header.add(line);
+            return false;
+        }
+        let begin = record.position().map_or(0, |position| position.byte() as usize);
+        // The reader begins to look for a row between the two letters of a line's end.
+        if ends.rows.is_some_and(|rows| begin + 1 >= rows) {
+            self.notes.text_behind.add(line);
+            return false;
+        }
+        self.notes.rows += 1;
+        if ends.whole.is_some_and(|whole| begin >= whole) && !record.is_empty() {
+            self.notes.cut_cell.add(line);
+            record.truncate(record.len() - 1);
+        }
+        match record.len().cmp(&header.len()) {
+            std::cmp::Ordering::Less => self.notes.short_rows.add(line),
+            std::cmp::Ordering::Greater => self.notes.long_rows.add(line),
+            std::cmp::Ordering::Equal => {}
+        }
+        true
     }
 
     fn note_remarks<'a>(&mut self, mut remarks: impl Iterator<Item = &'a str>) {

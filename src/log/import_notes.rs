@@ -58,6 +58,8 @@ pub struct Notes {
     pub long_rows: Occurrences,
     /// Lines that say the header again, left out.
     pub repeated_header: Occurrences,
+    /// Lines behind the last row that have fewer cells than the header, text and no number in them: not read.
+    pub text_behind: Occurrences,
     /// The last line has no end: its last cell may have been cut in writing, and is left out.
     pub cut_cell: Occurrences,
     /// Rows left out because they have no time.

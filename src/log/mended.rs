@@ -257,8 +257,11 @@ mod tests {
     use crate::log::sniff::SampledColumn;
 
     fn stand() -> Vec<GuessedColumn> {
-        let column =
-            |name: &str, values: &[f64]| SampledColumn { name: name.to_owned(), values: values.to_vec() };
+        let column = |name: &str, values: &[f64]| SampledColumn {
+            name: name.to_owned(),
+            values: values.to_vec(),
+            ..SampledColumn::default()
+        };
         guess(&[
             column("Time (s)", &[0.0, 0.01]),
             column("ESC (µs)", &[1000.0, 1500.0]),
@@ -275,7 +278,8 @@ mod tests {
     #[test]
     fn a_unit_that_the_name_says_is_the_first_that_is_offered() {
         let values = vec![100.0, 700.0];
-        let mut columns = guess(&[SampledColumn { name: "Load cell [gf]".to_owned(), values }]);
+        let mut columns =
+            guess(&[SampledColumn { name: "Load cell [gf]".to_owned(), values, ..SampledColumn::default() }]);
         for (unit, wanted) in [(None, "gf"), (Some("N"), "N")] {
             mend(&mut columns, "Load cell [gf]", "thrust_1_n", unit).expect("mended");
             assert_eq!(columns[0].unit, wanted);
@@ -316,7 +320,11 @@ mod tests {
     #[test]
     fn an_electrical_rate_comes_in_pole_pairs() {
         let rate = "propeller_rate_1_rad_s";
-        let mut columns = guess(&[SampledColumn { name: "eRPM".to_owned(), values: vec![42_000.0] }]);
+        let mut columns = guess(&[SampledColumn {
+            name: "eRPM".to_owned(),
+            values: vec![42_000.0],
+            ..SampledColumn::default()
+        }]);
         let shown = |columns: &[GuessedColumn]| -> Vec<&str> {
             conversions(rate).iter().filter(|it| is_in(&columns[0], it)).map(|it| it.name).collect()
         };

@@ -35,6 +35,7 @@ pub mod signals;
 pub mod sniff;
 mod table_clock;
 pub mod tables;
+mod text_tail;
 pub mod thresholds;
 pub mod ulog;
 pub mod unreadable;

@@ -1,19 +1,22 @@
 //! How a foreign text file is laid out, found out from its beginning: the character between cells, the header, decimal commas,
 //! remarks; and the first rows as numbers.
 
-use super::limits::{MOST_COLUMNS, not_names};
+use super::limits::not_names;
+use super::text_tail::{are_words, cells, is_text};
 use super::thresholds::THRESHOLDS;
 
 /// Characters that may stand between cells, the likeliest first.
 const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
 
 /// A column as far as it was looked at.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SampledColumn {
     /// Its name in the header, or `#1`, `#2`, ...
     pub name: String,
     /// The first values; not-a-number where a cell holds none.
     pub values: Vec<f64>,
+    /// Cells among them that a log cannot be read with: they are neither numbers nor empty. Each once, and no more than are asked about.
+    pub texts: Vec<String>,
 }
 
 /// The layout of a text file.
@@ -62,8 +65,9 @@ pub fn layout(bytes: &[u8]) -> Option<TextLayout> {
     let first = rows.first()?;
     let is_number = |cell: &&str| number(cell, decimal_comma);
     let header = !first.iter().any(is_number);
-    // A row that a mistake made longer than any table is cut to the first one; a first one like that is no table.
-    let width = rows.iter().map(Vec::len).filter(|width| *width <= MOST_COLUMNS).max()?;
+    // Cells behind the first row's have no name by which a mapping could read them.
+    let width = first.len();
+    let is_behind = |row: &[&str]| row.len() < width && are_words(row, decimal_comma);
     if not_names(first.iter().copied()).is_some() {
         return None;
     }
@@ -73,30 +77,49 @@ pub fn layout(bytes: &[u8]) -> Option<TextLayout> {
         header,
         comment,
         encoding: encoding.name(),
-        columns: columns(&rows, header, width, decimal_comma),
+        columns: columns(first, header, &rows_under(&rows, header, is_behind), decimal_comma),
     })
 }
 
+/// The rows under a header, without lines that say it again and without those at the end that `is_behind` says are none.
+fn rows_under<'a, 'b>(
+    rows: &'b [Vec<&'a str>],
+    header: bool,
+    is_behind: impl Fn(&[&str]) -> bool,
+) -> Vec<&'b [&'a str]> {
+    let is_row = |row: &&Vec<&str>| !header || rows.first() != Some(*row);
+    let mut under: Vec<&[&str]> = rows.iter().filter(is_row).map(Vec::as_slice).collect();
+    let end = under.iter().rposition(|row| !is_behind(row)).map_or(0, |last| last + 1);
+    under.truncate(end);
+    under
+}
+
 /// The columns, each with its name (where there is no header, its number) and its values.
-fn columns(rows: &[Vec<&str>], header: bool, width: usize, decimal_comma: bool) -> Vec<SampledColumn> {
-    let first = rows.first().map_or(&[][..], Vec::as_slice);
-    let names = (0..width).map(|at| match first.get(at).filter(|_| header) {
-        Some(name) => (*name).to_owned(),
-        None => format!("#{}", at + 1),
-    });
+fn columns(first: &[&str], header: bool, rows: &[&[&str]], decimal_comma: bool) -> Vec<SampledColumn> {
+    let names = first
+        .iter()
+        .enumerate()
+        .map(|(at, name)| if header { (*name).to_owned() } else { format!("#{}", at + 1) });
     let value = |cell: &str| -> f64 {
         let text = if decimal_comma { cell.replace(',', ".") } else { cell.to_owned() };
         text.parse().ok().filter(|value: &f64| value.is_finite()).unwrap_or(f64::NAN)
     };
-    let column = names.enumerate().map(|(at, name)| SampledColumn {
-        name,
-        values: rows
-            .iter()
-            .skip(usize::from(header))
-            .map(|row| row.get(at).map_or(f64::NAN, |cell| value(cell)))
-            .collect(),
+    let column = names.enumerate().map(|(at, name)| {
+        let cells = || rows.iter().map(|row| row.get(at).copied().unwrap_or(""));
+        SampledColumn { name, values: cells().map(value).collect(), texts: texts(cells(), decimal_comma) }
     });
     column.collect()
+}
+
+/// The cells that are no numbers where a log is read, each once.
+fn texts<'a>(cells: impl Iterator<Item = &'a str>, decimal_comma: bool) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for cell in cells.filter(|cell| is_text(cell, decimal_comma)) {
+        if found.len() <= THRESHOLDS.guess_texts && !found.iter().any(|it| it == cell) {
+            found.push(cell.to_owned());
+        }
+    }
+    found
 }
 
 /// The character that parts most lines into the same number of cells, more than one.
@@ -110,10 +133,6 @@ fn delimiter(lines: &[&str]) -> Option<char> {
     let found = DELIMITERS.into_iter().filter_map(agreeing);
     // The first of equals: `max_by_key` would take the last.
     found.rev().max_by_key(|(agreement, _)| *agreement).map(|(_, delimiter)| delimiter)
-}
-
-fn cells(line: &str, delimiter: char) -> Vec<&str> {
-    line.split(delimiter).map(|cell| cell.trim().trim_matches('"')).collect()
 }
 
 fn number(cell: &str, decimal_comma: bool) -> bool {
@@ -137,8 +156,24 @@ mod tests {
         assert_eq!((bare.header, bare.columns[0].name.as_str()), (false, "#1"));
         let remarks = layout(b"a,b\n0,1\n# landed\n1,2\n").expect("a table");
         assert_eq!((remarks.comment, remarks.columns[0].values.len()), (Some('#'), 2));
+        let ended = layout(b"t,u\n0,1\nt,u\n1,2\nTop: 5.9\n").expect("a table");
+        assert_eq!(ended.columns[0].values, [0.0, 1.0]);
         let latin = layout(b"t,\xb0\n0,1\n").expect("a table");
         assert_eq!(latin.encoding, "windows-1252");
+    }
+
+    #[test]
+    fn cells_of_text_are_told_from_numbers_and_empty_ones() {
+        let found = layout(b"t,mode,u\n0,0,1\n1,ANGLE,nan\n2,ANGLE,\n3,OFF,N/A\n").expect("a table");
+        let texts: Vec<&[String]> = found.columns.iter().map(|it| &it.texts[..]).collect();
+        assert_eq!(texts, [&[][..], &["ANGLE".to_owned(), "OFF".to_owned()], &["N/A".to_owned()]]);
+    }
+
+    /// What is written down of a guess names columns of the header alone.
+    #[test]
+    fn cells_behind_the_header_make_no_column() {
+        let found = layout(b"t,u\n0,1,7\n1,2,7\n").expect("a table");
+        assert_eq!(found.columns.iter().map(|it| &it.name[..]).collect::<Vec<_>>(), ["t", "u"]);
     }
 
     #[test]

@@ -39,6 +39,8 @@ crate::thresholds! {
     guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
     /// how far beyond 0 and 1 the digits of a mapping's scale and offset put a command.
     command_rounding: f64 = 1e-5, "-", "five digits";
+    /// cells of text, each counted once, that a column of numbers may have, as marks of no value; with more of them it is no column of numbers.
+    guess_texts: usize = 8, "count", "judgement";
     /// share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
     same_scale: f64 = 0.05, "-", "judgement";
     /// time from row to row of a table of levels whose pauses nobody recorded.

@@ -139,6 +139,7 @@ fn of_rows(notes: &Notes) -> Vec<String> {
         (&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing"),
         (&notes.long_rows, "row(s) go on behind the header: the surplus is not read"),
         (&notes.repeated_header, "line(s) say the header again, left out"),
+        (&notes.text_behind, "line(s) of text behind the last row, without a number in them: not read"),
         (&notes.cut_cell, cut),
         (&notes.without_time, "row(s) without a time, left out"),
         (&notes.repeated_time, "row(s) repeat the time of the row before: merged into it"),

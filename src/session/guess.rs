@@ -59,6 +59,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         let sampled = columns.map(|column| SampledColumn {
             name: column.name.clone(),
             values: column.values.iter().copied().take(THRESHOLDS.guess_rows).collect(),
+            texts: Vec::new(),
         });
         Ok(Some(of_columns(&sampled.collect::<Vec<_>>(), MappingConfig::new(None, Vec::new()))))
     })

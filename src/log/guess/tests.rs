@@ -3,7 +3,11 @@ use super::*;
 fn guess_of(columns: &[(&str, &[f64])]) -> Vec<(String, String, Certainty)> {
     let columns: Vec<SampledColumn> = columns
         .iter()
-        .map(|(name, values)| SampledColumn { name: (*name).to_owned(), values: values.to_vec() })
+        .map(|(name, values)| SampledColumn {
+            name: (*name).to_owned(),
+            values: values.to_vec(),
+            ..SampledColumn::default()
+        })
         .collect();
     guess(&columns).into_iter().map(|it| (it.signal, it.unit, it.certainty)).collect()
 }
@@ -152,7 +156,11 @@ fn our_own_names_are_what_they_say_and_a_signal_is_given_once() {
 
 #[test]
 fn every_guess_is_a_mapping() {
-    let column = |name: &str| SampledColumn { name: name.to_owned(), values: vec![0.1, 0.2] };
+    let column = |name: &str| SampledColumn {
+        name: name.to_owned(),
+        values: vec![0.1, 0.2],
+        ..SampledColumn::default()
+    };
     let guessed = guess(&[column("t (s)"), column("u"), column("RPM 1"), column("<img src=x>"), column("é")]);
     let signals = signals(&guessed);
     assert_eq!(signals.len(), 4);
@@ -168,7 +176,8 @@ fn an_electrical_rate_wants_the_pole_pairs() {
         let found = guess_of(&[("t", &[0.0, 0.01]), (name, &[42_000.0, 63_000.0])]);
         is(&found[1], "propeller_rate_1_rad_s", "rpm", Certainty::Electrical);
     }
-    let column = SampledColumn { name: "eRPM".to_owned(), values: vec![42_000.0] };
+    let column =
+        SampledColumn { name: "eRPM".to_owned(), values: vec![42_000.0], ..SampledColumn::default() };
     assert_eq!(guess(&[column])[0].scale, 1.0 / 7.0);
     // A rate that was counted goes before, wherever it stands.
     let found = guess_of(&[("eRPM", &[42_000.0, 63_000.0]), ("optical rpm", &[6000.0, 9000.0])]);
@@ -227,7 +236,7 @@ fn a_rate_by_poles_stands_in_for_a_probe_that_reads_nothing() {
 fn the_rate_of_a_body_without_one_is_the_slope_of_its_angle() {
     let column = |name: &str| {
         let values = if name == "time (s)" { vec![0.1, 0.2, 0.3] } else { vec![10.0, 20.0, 30.0] };
-        SampledColumn { name: name.to_owned(), values }
+        SampledColumn { name: name.to_owned(), values, ..SampledColumn::default() }
     };
     let signals = signals(&guess(&["time (s)", "angulo_deg"].map(column)));
     let found: Vec<_> = signals.iter().map(|it| (it.name.as_str(), it.unit.as_deref(), it.slope)).collect();
