@@ -6,6 +6,7 @@ use super::import_notes::Notes;
 use super::limits::{not_names, shortened};
 use super::lines::Lines;
 use super::mapping::{Mapping, MappingConfig, TimeConfig};
+use super::signals::log_signal;
 use super::tables::{Column, Table};
 use super::text_tail;
 use crate::cancel;
@@ -41,6 +42,8 @@ struct Wanted {
     place: usize,
     /// Its clock, as a number of [`Clock`].
     clock: usize,
+    /// Whether it is only carried along: text in it is no mistake.
+    is_carried: bool,
     column: Column,
 }
 
@@ -185,7 +188,13 @@ impl Reader<'_> {
             clock.table.lines.push(line);
         }
         for wanted in wanted {
-            let number = self.number(record.get(wanted.place), line, &wanted.column.name)?;
+            let number = match self.number(record.get(wanted.place), line, &wanted.column.name) {
+                Err(ForeignError::Cell { .. }) if wanted.is_carried => {
+                    self.notes.texts.entry(wanted.column.name.clone()).or_default().add(line);
+                    f64::NAN
+                }
+                number => number?,
+            };
             wanted.column.values.push(number);
         }
         Ok(())
@@ -236,10 +245,13 @@ impl Reader<'_> {
                     }
                 },
             };
-            if !wanted.iter().any(|it| it.place == place && it.clock == clock) {
-                let column = Column { name: column, unit: None, values: Vec::new() };
-                wanted.push(Wanted { place, clock, column });
+            let is_carried = signal != "where" && log_signal(signal).is_none();
+            if let Some(known) = wanted.iter_mut().find(|it| it.place == place && it.clock == clock) {
+                known.is_carried &= is_carried;
+                continue;
             }
+            let column = Column { name: column, unit: None, values: Vec::new() };
+            wanted.push(Wanted { place, clock, is_carried, column });
         }
         let unused = header.iter().enumerate().filter(|(at, name)| !used.contains(at) && !name.is_empty());
         self.notes.unused_columns = unused.map(|(_, name)| name.clone()).collect();

@@ -39,6 +39,8 @@ pub enum Certainty {
     Unknown,
     /// No number is seen in it: it is left out.
     Empty,
+    /// Nothing is known of it, and text is in it: it is left out.
+    Text,
     /// Somebody has said so.
     Said,
     /// Somebody has said that it is left out.
@@ -49,7 +51,7 @@ impl Certainty {
     /// Whether the column becomes a signal.
     #[must_use]
     pub fn is_read(self) -> bool {
-        !matches!(self, Self::Empty | Self::LeftOut)
+        !matches!(self, Self::Empty | Self::Text | Self::LeftOut)
     }
 }
 
@@ -73,6 +75,8 @@ pub struct GuessedColumn {
     pub samples: Vec<f64>,
     /// Whether all values that were looked at are 0, as of a sensor that is not connected.
     pub reads_zero: bool,
+    /// Cells that are no numbers, of those that were looked at, each once: where the column is read they count as missing.
+    pub texts: Vec<String>,
 }
 
 /// Guesses what each column means. A signal is given once: to the first column that means it, to one that reads nothing but zero
@@ -140,7 +144,11 @@ pub fn rows_apart(guessed: &[GuessedColumn]) -> Option<f64> {
 /// unless the rows are so far apart that none shows: the table of a thrust stand names its propeller's pitch.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
-    let signals = guessed.iter().filter(|it| it.signal != columns::TIME && it.certainty.is_read());
+    // A name that is there twice names no column.
+    let is_one =
+        |it: &GuessedColumn| guessed.iter().filter(|other| other.column == it.column).nth(1).is_none();
+    let is_read = |it: &&GuessedColumn| it.signal != columns::TIME && it.certainty.is_read() && is_one(it);
+    let signals = guessed.iter().filter(is_read);
     let mapped = signals.map(|it| SignalMapping {
         name: it.signal.clone(),
         column: Some(it.column.clone()),
@@ -214,7 +222,9 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     if is_of_rotor && words.has_part_name || meaning.signal != columns::TIME && words.is_of_unknown_unit {
         return None;
     }
-    if column.values.iter().all(|value| value.is_nan()) || is_named_time_alone(meaning, &words, column) {
+    let is_no_number =
+        column.values.iter().all(|value| value.is_nan()) || column.texts.len() > THRESHOLDS.guess_texts;
+    if is_no_number || is_named_time_alone(meaning, &words, column) {
         return None;
     }
     if meaning.signal == columns::ANY_COMMAND {
@@ -273,6 +283,7 @@ fn guessed(
         certainty,
         samples,
         reads_zero: is_zero(column),
+        texts: column.texts.clone(),
     }
 }
 
@@ -280,7 +291,11 @@ fn guessed(
 fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
     let name = own_name(&column.name, before.iter().map(|it| it.signal.as_str()));
     let is_empty = column.values.iter().all(|value| value.is_nan());
-    let certainty = if is_empty { Certainty::Empty } else { Certainty::Unknown };
+    let certainty = match (is_empty, column.texts.is_empty()) {
+        (true, _) => Certainty::Empty,
+        (false, false) => Certainty::Text,
+        (false, true) => Certainty::Unknown,
+    };
     guessed(column, name, "", (1.0, 0.0), certainty)
 }
 

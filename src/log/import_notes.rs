@@ -62,6 +62,8 @@ pub struct Notes {
     pub text_behind: Occurrences,
     /// The last line has no end: its last cell may have been cut in writing, and is left out.
     pub cut_cell: Occurrences,
+    /// Cells of text in columns that are only carried along, by column; they count as missing.
+    pub texts: BTreeMap<String, Occurrences>,
     /// Rows left out because they have no time.
     pub without_time: Occurrences,
     /// Rows with the time of the row before: they fill its empty cells.

@@ -2,6 +2,7 @@
 
 use super::TextTable;
 use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command, rows_apart};
+use crate::log::limits::shortened;
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
@@ -18,6 +19,7 @@ pub fn certainty(of: Certainty) -> &'static str {
         Certainty::ByPoles => "electrical, divided by the poles that the stand was given",
         Certainty::Unknown => "not recognised",
         Certainty::Empty => "no numbers: left out",
+        Certainty::Text => "not recognised, and holds text: left out",
         Certainty::Said => "as you say",
         Certainty::LeftOut => "left out, as you say",
     }
@@ -32,7 +34,7 @@ fn conversion(column: &GuessedColumn) -> String {
     };
     match (column.certainty, column.unit.as_str()) {
         (Certainty::Unknown, _) => "as it is".to_owned(),
-        (Certainty::Empty | Certainty::LeftOut, _) => "-".to_owned(),
+        (Certainty::Empty | Certainty::Text | Certainty::LeftOut, _) => "-".to_owned(),
         (Certainty::Said, "") => "as it is".to_owned(),
         (_, "-") if column.scale == 1.0 && column.offset == 0.0 => "0 to 1".to_owned(),
         (_, "-") if column.scale == 1e-3 => "pulses of 1000 to 2000 µs".to_owned(),
@@ -84,7 +86,22 @@ pub fn text(guessed: &GuessedLog) -> String {
             columns::BODY_RATE
         );
     }
-    text + &of_levels(&guessed.columns) + &of_rates(guessed) + &without_command(guessed)
+    text + &of_texts(&guessed.mapping.missing)
+        + &of_levels(&guessed.columns)
+        + &of_rates(guessed)
+        + &without_command(guessed)
+}
+
+/// What becomes of text in columns of numbers.
+fn of_texts(missing: &[String]) -> String {
+    if missing.is_empty() {
+        return String::new();
+    }
+    let cells: Vec<String> = missing.iter().map(|cell| format!("`{}`", shortened(cell))).collect();
+    format!(
+        "Cells of text in columns of numbers count as missing (`missing` in the mapping): {}\n",
+        cells.join(", ")
+    )
 }
 
 /// What to do where the rows are so far apart that each may be a level of a thrust stand.
@@ -184,7 +201,9 @@ pub fn next_step(log: &str) -> String {
 pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser::Error> {
     let layout = MappingConfig { signal: Vec::new(), description: log.to_owned(), ..guessed.mapping.clone() };
     let mut text = String::from("# Guessed from names and values: check each signal, above all its unit.\n");
-    text += toml::to_string(&layout)?.replace("signal = []\n", "").trim_end();
+    let plain = toml::to_string(&layout)?;
+    let has_signals = !guessed.mapping.signal.is_empty();
+    text += (if has_signals { plain.replace("signal = []\n", "") } else { plain }).trim_end();
     if guessed.mapping.time.is_none() {
         text += "\n\n# No column looked like the time (dates are not read): name one of seconds, or write in its place period_s = 0.01 (a row each\n# 0.01 s), or levels = true (each row is a level of a thrust stand, read off or averaged once the rotor had settled).\n[time]\ncolumn = \"?\"\nunit = \"s\"";
     }
@@ -218,8 +237,12 @@ fn assumed(lines: &str, scale: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::cancel::Cancel;
+    use crate::log::Mapping;
+    use crate::log::mapped::parse;
     use crate::session::{Job, guess_columns};
 
     fn guessed(text: &str) -> GuessedLog {
@@ -298,6 +321,20 @@ mod tests {
         assert!(file.contains("# no column holds the body's rate"), "{file}");
         let config: MappingConfig = toml::from_str(&file).expect("a mapping");
         assert_eq!(config.signal.iter().filter(|it| it.slope).count(), 1);
+    }
+
+    /// What is written down reads the file that it was guessed of.
+    #[test]
+    fn a_guess_that_is_written_reads_its_own_file() {
+        let log = "time_s,motor[0],flags,flags,rate (rpm)\n0,160,0,1,off\n1,200,ANGLE,1,20\n2,300,ANGLE,1,30,9\nbye\n";
+        let guessed = guessed(log);
+        let said = text(&guessed);
+        assert!(said.contains("holds text: left out"), "{said}");
+        assert!(said.contains("count as missing (`missing` in the mapping): `off`\n"), "{said}");
+        let file = mapping_file(&guessed, "log.csv").expect("written");
+        let mapping = Mapping::parse(&file, Path::new("m.toml")).expect("a mapping");
+        let (log, notes) = parse(log.as_bytes(), Path::new("log.csv"), &mapping, None).expect("it reads");
+        assert_eq!((log.len(), notes.text_behind.count), (3, 1));
     }
 
     #[test]

@@ -153,7 +153,10 @@ fn of_rows(notes: &Notes) -> Vec<String> {
     let invalid = notes.invalid.iter().filter_map(|(signal, places)| {
         at_lines(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"))
     });
-    counted.chain(clamped).chain(invalid).collect()
+    let texts = notes.texts.iter().filter_map(|(column, places)| {
+        at_lines(places, &format!("cell(s) of `{column}`, which is only carried along, hold text: missing"))
+    });
+    counted.chain(texts).chain(clamped).chain(invalid).collect()
 }
 
 /// How often something was, and the first lines where; `None` where it was nowhere.

@@ -109,6 +109,11 @@ impl GuessedLog {
             levels: false,
         });
         self.mapping.signal = signals(&self.columns);
+        let read = self.columns.iter().filter(|it| it.certainty.is_read());
+        let mut texts: Vec<String> = read.flat_map(|it| it.texts.iter().cloned()).collect();
+        texts.sort_unstable();
+        texts.dedup();
+        self.mapping.missing = texts;
         let names: Vec<&str> = self.columns.iter().map(|it| it.column.as_str()).collect();
         self.shipped = Mapping::shipped_for(&names, &self.mapping.signal);
     }

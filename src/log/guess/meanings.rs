@@ -158,6 +158,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
             "servo",
             "torque",
             "collective",
+            "rc",
             "vibration",
             "yaw",
             "pitch",

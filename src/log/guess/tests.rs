@@ -305,3 +305,32 @@ fn a_unit_that_nobody_knows_is_not_replaced_by_another() {
     is(&speed("Drehzahl (1/min)"), "propeller_rate_1_rad_s", "rpm", Certainty::Named);
     is(&speed("Speed (left)"), "propeller_rate_1_rad_s", "rad/s", Certainty::UnitGuessed);
 }
+
+/// What a flight controller gives its motors is the command, not what the pilot asks for.
+#[test]
+fn outputs_to_motors_go_before_sticks() {
+    let names = ["rcCommand[0]", "rcCommand[3]", "motor[0]", "motor[1]", "motor[2]", "motor[3]"];
+    let found = guess_of(&names.map(|name| (name, &[1100.0, 1500.0][..])));
+    let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+    assert_eq!(signals, ["rccommand_0", "rccommand_3", "command_1", "command_2", "command_3", "command_4"]);
+}
+
+/// Flags are text; marks of no value among numbers are not.
+#[test]
+fn columns_of_text_are_left_out_and_marks_of_no_value_are_missing() {
+    let column = |name: &str, texts: &[&str]| SampledColumn {
+        name: name.to_owned(),
+        values: vec![0.0, f64::NAN, 0.5],
+        texts: texts.iter().map(|it| (*it).to_owned()).collect(),
+    };
+    let found = guess(&[column("flags", &["ANGLE_MODE"]), column("throttle", &["off"]), column("my", &[])]);
+    assert_eq!(found[0].certainty, Certainty::Text);
+    assert_eq!((found[1].signal.as_str(), &found[1].texts[..]), ("command_1", &["off".to_owned()][..]));
+    assert_eq!(found[2].certainty, Certainty::Unknown);
+    let many: Vec<String> = (0..9).map(|it| format!("x{it}")).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    assert_eq!(guess(&[column("throttle", &many)])[0].certainty, Certainty::Text);
+    // A name that is there twice names no column of a mapping.
+    let twice = guess(&[column("my", &[]), column("my", &[]), column("u", &[])]);
+    assert_eq!(signals(&twice).iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["command_1"]);
+}
