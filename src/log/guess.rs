@@ -8,7 +8,7 @@ mod words;
 use serde::Serialize;
 
 use meanings::{GROWING, MEANINGS, Meaning};
-pub use near::{is_divided_by_poles, meant_by, possible_command};
+pub use near::{is_divided_by_poles, may_be_command, meant_by, possible_commands};
 use words::{Words, measures, weight};
 
 use super::mapping::SignalMapping;

@@ -1,7 +1,7 @@
 //! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
 
 use super::TextTable;
-use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_command, rows_apart};
+use crate::log::guess::{Certainty, GuessedColumn, is_divided_by_poles, possible_commands, rows_apart};
 use crate::log::limits::shortened;
 use crate::log::mapping::MappingConfig;
 use crate::report::thresholds::THRESHOLDS;
@@ -171,11 +171,19 @@ fn without_command(guessed: &GuessedLog) -> String {
     } else {
         ""
     };
-    let asks = match possible_command(&guessed.columns) {
-        Some((column, unit)) => format!(
-            "No command was recognised. If `{column}` is it: `--column '{column}=command_1:{unit}'`\n"
-        ),
-        None => {
+    let asks = match possible_commands(&guessed.columns)[..] {
+        [(column, unit), ref others @ ..] => {
+            let others: Vec<String> = others.iter().take(3).map(|(other, _)| format!("`{other}`")).collect();
+            let also = if others.is_empty() {
+                String::new()
+            } else {
+                format!("; it may be {}, too", others.join(" or "))
+            };
+            format!(
+                "No command was recognised. If `{column}` is it: `--column '{column}=command_1:{unit}'`{also}\n"
+            )
+        }
+        [] => {
             "No command was recognised. Say which column it is and what it comes in (-, %, us, ms, dshot): \
                  `--column 'COLUMN=command_1:%'`\n"
                 .to_owned()
@@ -257,6 +265,11 @@ mod tests {
     fn a_guess_without_a_command_asks_for_it() {
         let said = text(&guessed("t (s),Gas [%],eRPM\n0,10,42000\n0.1,20,63000\n"));
         let asks = "No command was recognised. If `Gas [%]` is it: `--column 'Gas [%]=command_1:%'`";
+        assert!(said.contains(asks), "{said}");
+        let servos = "Time (s),ESC signal (µs),Servo 1 (µs),Servo 3 (µs),Load (%),Motor Optical Speed (RPM)";
+        let said = text(&guessed(&format!("{servos}\n0,,,1000,5,10\n0.1,,,1200,6,20\n")));
+        let asks =
+            "If `Servo 3 (µs)` is it: `--column 'Servo 3 (µs)=command_1:us'`; it may be `Load (%)`, too";
         assert!(said.contains(asks), "{said}");
         let said = text(&guessed("t (s),Foo,eRPM\n0,10,42000\n0.1,20,63000\n"));
         assert!(said.contains("`--column 'COLUMN=command_1:%'`"), "{said}");

@@ -2,11 +2,16 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
+use crate::log::guess::may_be_command;
 use crate::log::import_notes::{Instead, Occurrences};
 use crate::log::signals::{log_signal, rotor_of};
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;
+use crate::signal::columns;
+
+/// Columns that may be a command, shown at most.
+const SHOWN_COLUMNS: usize = 4;
 
 /// What a log is like, and what reading it left out.
 #[must_use]
@@ -125,10 +130,26 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
         let Instead { signal, read, dead } = it;
         format!("note: `{signal}` is read from `{read}`, for `{dead}` holds no value but 0")
     }));
+    lines.extend(without_command(notes));
     if !notes.unused_columns.is_empty() {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
     }
     lines
+}
+
+/// Which columns may be the command, where none was read.
+fn without_command(notes: &Notes) -> Option<String> {
+    let lacks_command = notes.absent.iter().any(|name| columns::is_command(name));
+    let unused = notes.unused_columns.iter().filter(|_| lacks_command);
+    let may_be = unused.filter_map(|it| may_be_command(it).map(|unit| format!("`{it}` ({unit})")));
+    let may_be: Vec<String> = may_be.take(SHOWN_COLUMNS).collect();
+    (!may_be.is_empty()).then(|| {
+        format!(
+            "note: no command was read; of the columns not used {} may be it: name it in a copy of the mapping, or look at the guess \
+             (`import` without --mapping)",
+            may_be.join(", ")
+        )
+    })
 }
 
 /// What was odd in rows and cells, each with the first lines where it was.
@@ -197,6 +218,19 @@ fn skipped(of: &Skipped) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_log_without_a_command_names_columns_that_may_be_one() {
+        let columns = ["Servo 1 (µs)", "Servo 3 (µs)", "Motor Efficiency (%)", "AccX (g)"].map(str::to_owned);
+        let mut notes = Notes { unused_columns: columns.to_vec(), ..Notes::default() };
+        assert!(!note_lines(&notes).concat().contains("may be it"));
+        notes.absent.push("command_1".to_owned());
+        let said = note_lines(&notes).concat();
+        assert!(
+            said.contains("of the columns not used `Servo 1 (µs)` (us), `Servo 3 (µs)` (us) may be it"),
+            "{said}"
+        );
+    }
 
     #[test]
     fn values_keep_to_their_column() {

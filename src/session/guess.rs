@@ -9,7 +9,7 @@ use super::{Job, SessionError};
 use crate::log::format::{FormatError, ReadRequest, Start};
 use crate::log::formats::FORMATS;
 use crate::log::guess::{GuessedColumn, guess, signals};
-use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
+use crate::log::mapping::{Mapping, MappingConfig, SignalMapping, TimeConfig};
 use crate::log::mended::mend;
 use crate::log::signals::are_ours;
 use crate::log::sniff::{SampledColumn, layout};
@@ -115,6 +115,16 @@ impl GuessedLog {
         texts.dedup();
         self.mapping.missing = texts;
         let names: Vec<&str> = self.columns.iter().map(|it| it.column.as_str()).collect();
-        self.shipped = Mapping::shipped_for(&names, &self.mapping.signal);
+        let shipped = Mapping::shipped_for(&names, &self.mapping.signal);
+        self.shipped = shipped.filter(|name| has_command_of(name, &self.mapping.signal));
     }
+}
+
+/// Whether a command is guessed of a column that this mapping reads as it: one whose column of commands is empty reads no command.
+fn has_command_of(shipped: &str, guessed: &[SignalMapping]) -> bool {
+    let Ok(mapping) = Mapping::load(shipped) else { return false };
+    let reads = |it: &SignalMapping| {
+        mapping.config.alternatives(&it.name).any(|(_, other)| other.columns() == it.columns())
+    };
+    guessed.iter().filter(|it| columns::is_command(&it.name)).any(reads)
 }

@@ -51,22 +51,27 @@ pub fn is_divided_by_poles(column: &str) -> bool {
     Words::of(column).is_by_poles()
 }
 
-/// The column of a guess without a command that may be one, and the unit that its name says it has.
+/// The columns of a guess without a command that may be one, each with the unit that its name says it has.
 #[must_use]
-pub fn possible_command(guessed: &[GuessedColumn]) -> Option<(&str, &'static str)> {
+pub fn possible_commands(guessed: &[GuessedColumn]) -> Vec<(&str, &'static str)> {
+    let is_free = |it: &&GuessedColumn| log_signal(&it.signal).is_none() && it.certainty.is_read();
+    let unit = |it: &'_ GuessedColumn| may_be_command(&it.column);
+    guessed.iter().filter(is_free).filter_map(|it| Some((it.column.as_str(), unit(it)?))).collect()
+}
+
+/// The unit in which a column that is read as no command may be one, by its name. A servo turns by pulses as an ESC does, and stands
+/// turn motors on its outputs.
+#[must_use]
+pub fn may_be_command(column: &str) -> Option<&'static str> {
     let command = MEANINGS.iter().find(|it| it.signal == columns::ANY_COMMAND)?;
-    let unit = |column: &GuessedColumn| {
-        let words = Words::of(&column.column);
-        let excluded = command.without.iter().any(|word| words.has(word));
-        let known = log_signal(&column.signal).is_some() || !column.certainty.is_read();
-        match words.unit {
-            _ if excluded || known => None,
-            Some("%") => Some("%"),
-            Some("us" | "µs") => Some("us"),
-            _ => None,
-        }
-    };
-    guessed.iter().find_map(|column| Some((column.column.as_str(), unit(column)?)))
+    let words = Words::of(column);
+    let is_excluded = |word: &&&str| words.has(word) && **word != "servo";
+    match words.unit {
+        _ if command.without.iter().any(|word| is_excluded(&word)) => None,
+        Some("%") => Some("%"),
+        Some("us" | "µs") => Some("us"),
+        _ => None,
+    }
 }
 
 /// Letters to put in, take out or change, until one name is the other.
