@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "M.toml", conflicts_with_all = ["mapping", "output"])]
     write_mapping: Option<PathBuf>,
     /// What a column becomes, where the guess of it is wrong: a signal and the unit it comes in, or `-` to leave it out; of commands the
-    /// units are -, %, us, ms and dshot. May be given several times
+    /// units are -, %, us, ms, dshot and 8bit. May be given several times
     #[arg(long, value_name = "COLUMN=SIGNAL[:UNIT]", conflicts_with_all = ["mapping", "output"])]
     column: Vec<String>,
     /// Model of the bench that the log's columns are held against, a file or `paper`: units that were mistaken show beside it

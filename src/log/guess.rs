@@ -1,15 +1,17 @@
 //! What the columns of a foreign table may mean, guessed from their names, units and values. A guess is shown and mended, and
 //! becomes a mapping file; nothing is fitted on one that nobody saw.
 
+mod command;
 mod meanings;
 mod near;
 mod words;
 
 use serde::Serialize;
 
-use meanings::{GROWING, MEANINGS, Meaning};
+use command::asked_voltage;
+use meanings::{ASKED, GROWING, MEANINGS, Meaning};
 pub use near::{is_divided_by_poles, may_be_command, meant_by, possible_commands};
-use words::{Words, measures, weight};
+use words::{Words, measures, number_sides, weight};
 
 use super::mapping::SignalMapping;
 use super::signals::{MOST_ROTORS, log_signal};
@@ -75,6 +77,8 @@ pub struct GuessedColumn {
     pub samples: Vec<f64>,
     /// Whether all values that were looked at are 0, as of a sensor that is not connected.
     pub reads_zero: bool,
+    /// The greatest size of a voltage that goes to 0 or in steps, as one that a motor is given and no battery's; `null` of any other.
+    pub asked_volts: Option<f64>,
     /// Cells that are no numbers, of those that were looked at, each once: where the column is read they count as missing.
     pub texts: Vec<String>,
 }
@@ -84,13 +88,18 @@ pub struct GuessedColumn {
 /// rotor's own turns reads nothing but zero.
 #[must_use]
 pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
-    let words: Vec<Words> = columns.iter().map(|column| Words::of(&column.name)).collect();
-    let counts_from_zero = words.iter().any(|words| words.number == Some(0));
+    let mut words: Vec<Words> = columns.iter().map(|column| Words::of(&column.name)).collect();
+    let first = usize::from(words.iter().all(|words| words.number != Some(0)));
+    number_sides(&mut words, first);
     let of = |(column, own): (&SampledColumn, &Words)| {
-        meant(column, counts_from_zero).filter(|_| !words.iter().any(|other| own.is_letter_and(other)))
+        let is_alike = |(_, other): &(&SampledColumn, &Words)| own.is_like(other);
+        let alike = || columns.iter().zip(&words).filter(is_alike).map(|(column, _)| column).collect();
+        let meant = meant(column, own, first, &alike);
+        meant.filter(|_| !words.iter().any(|other| own.is_letter_and(other)))
     };
     let mut meant: Vec<_> = columns.iter().zip(&words).map(of).collect();
     leave_out_idle(&mut meant);
+    let asked = leave_out_asked(&mut meant, columns);
     let both = || meant.iter().flatten();
     let reads = |signal: &str| both().any(|it| it.signal == signal && !it.reads_zero);
     let has_other = |signal: &str, reads: bool| {
@@ -98,15 +107,18 @@ pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
         both().any(|it| it.signal == signal && counts(it))
     };
     let mut found: Vec<GuessedColumn> = Vec::new();
-    for (column, meant) in columns.iter().zip(&meant).filter(|(column, _)| !column.name.is_empty()) {
+    for ((column, meant), asked_volts) in columns.iter().zip(&meant).zip(asked) {
+        if column.name.is_empty() {
+            continue;
+        }
         let is_taken = |it: &GuessedColumn| {
             let reads = reads(&it.signal);
             let is_second = it.certainty == Certainty::Electrical && has_other(&it.signal, reads);
             let is_dead = reads && it.reads_zero;
             is_second || is_dead || found.iter().any(|other| other.signal == it.signal)
         };
-        let guessed = meant.clone().filter(|it| !is_taken(it));
-        found.push(guessed.unwrap_or_else(|| unknown(column, &found)));
+        let guessed = meant.clone().filter(|it| !is_taken(it)).unwrap_or_else(|| unknown(column, &found));
+        found.push(GuessedColumn { asked_volts, ..guessed });
     }
     found
 }
@@ -125,6 +137,16 @@ fn leave_out_idle(meant: &mut [Option<GuessedColumn>]) {
         };
         it.take_if(is_idle);
     }
+}
+
+/// The greatest sizes of voltages that move as what is asked for does; those that go to 0 are left out: they are no battery's.
+fn leave_out_asked(meant: &mut [Option<GuessedColumn>], columns: &[SampledColumn]) -> Vec<Option<f64>> {
+    let of = |(meant, column): (&mut Option<GuessedColumn>, &SampledColumn)| {
+        let asked = asked_voltage(&meant.as_ref()?.signal, column)?;
+        meant.take_if(|_| asked.goes_to_zero);
+        Some(asked.greatest)
+    };
+    meant.iter_mut().zip(columns).map(of).collect()
 }
 
 /// Whether it reads nothing but zero: a sensor that is not connected.
@@ -190,7 +212,13 @@ impl Meaning {
 
     /// Whether a name says that it is something else.
     fn is_excluded_by(&self, words: &Words) -> bool {
-        self.without.iter().any(|word| words.has(word) && !words.is_electrical_by(word))
+        let is_asked = self.is_measured() && ASKED.iter().any(|word| words.has(word));
+        is_asked || self.without.iter().any(|word| words.has(word) && !words.is_electrical_by(word))
+    }
+
+    /// Whether a sensor gives it, not whoever asks for something.
+    fn is_measured(&self) -> bool {
+        ![columns::TIME, columns::ANY_COMMAND, columns::TORQUE_COMMAND].contains(&self.signal)
     }
 }
 
@@ -202,18 +230,28 @@ pub fn said_unit(column: &str, si: &str) -> Option<&'static str> {
     measures(unit, si).then_some(unit)
 }
 
-fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn> {
-    let words = Words::of(&column.name);
+/// The first meaning that a name has.
+fn meaning_of(words: &Words) -> Option<&'static Meaning> {
+    MEANINGS.iter().find(|meaning| {
+        let fits =
+            words.unit_for(meaning).is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
+        let by_unit = meaning.by_unit && words.unit.is_some() && !meaning.is_excluded_by(words);
+        fits && (meaning.is_named_by(words) || by_unit)
+    })
+}
+
+/// What a column means, of those that count rotors from `first` on; `alike` are those of the same name for all rotors.
+fn meant<'a>(
+    column: &SampledColumn,
+    words: &Words,
+    first: usize,
+    alike: &dyn Fn() -> Vec<&'a SampledColumn>,
+) -> Option<GuessedColumn> {
     if let Some(known) = log_signal(&column.name) {
         return Some(guessed(column, column.name.clone(), known.unit, (1.0, 0.0), Certainty::Named));
     }
-    let meaning = MEANINGS.iter().find(|meaning| {
-        let fits =
-            words.unit_for(meaning).is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
-        let by_unit = meaning.by_unit && words.unit.is_some() && !meaning.is_excluded_by(&words);
-        fits && (meaning.is_named_by(&words) || by_unit)
-    })?;
-    let number = words.number.map_or(1, |number| number + usize::from(counts_from_zero));
+    let meaning = meaning_of(words)?;
+    let number = words.number.map_or(1, |number| number + 1 - first);
     if !(1..=MOST_ROTORS).contains(&number) {
         return None;
     }
@@ -224,11 +262,11 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     }
     let is_no_number =
         column.values.iter().all(|value| value.is_nan()) || column.texts.len() > THRESHOLDS.guess_texts;
-    if is_no_number || is_named_time_alone(meaning, &words, column) {
+    if is_no_number || is_named_time_alone(meaning, words, column) {
         return None;
     }
     if meaning.signal == columns::ANY_COMMAND {
-        let (unit, scale, offset, certainty) = command(column, &words)?;
+        let (unit, scale, offset, certainty) = command::comes_in(words, &alike())?;
         return Some(guessed(column, signal, unit, (scale, offset), certainty));
     }
     if meaning.signal == columns::TIME && words.unit.is_none() {
@@ -283,6 +321,7 @@ fn guessed(
         certainty,
         samples,
         reads_zero: is_zero(column),
+        asked_volts: None,
         texts: column.texts.clone(),
     }
 }
@@ -314,37 +353,25 @@ pub fn own_name<'a>(column: &str, taken: impl Iterator<Item = &'a str> + Clone) 
     names.find(|name| !is_taken(name)).unwrap_or(plain)
 }
 
-/// Unit, factor and offset of a command.
-fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, f64, Certainty)> {
-    let (low, high) = extremes(column.values.iter().copied());
-    let pulse = ("-", 1e-3, -1.0);
-    let dshot = ("-", 1.0 / 1999.0, -48.0 / 1999.0);
-    let by_unit = |(unit, scale, offset)| Some((unit, scale, offset, Certainty::Named));
-    match words.unit {
-        Some("µs" | "us") => return by_unit(pulse),
-        Some("ms") => return by_unit(("-", 1.0, -1.0)),
-        Some("%") => return by_unit(("%", 1.0, 0.0)),
-        _ if words.has("dshot") => return by_unit(dshot),
-        _ => {}
-    }
-    let (shortest, longest) = THRESHOLDS.guess_pulse;
-    let (unit, scale, offset) = match (low, high) {
-        (0.0.., ..=1.0) => ("-", 1.0, 0.0),
-        (0.0.., ..=100.0) => ("%", 1.0, 0.0),
-        (low, high) if low >= shortest && high <= longest => pulse,
-        (0.0.., ..=2047.0) => dshot,
-        _ => return None,
-    };
-    Some((unit, scale, offset, Certainty::UnitGuessed))
-}
-
 /// Unit of a time that rises by so much each row.
 fn time_unit(column: &SampledColumn) -> Option<&'static str> {
     let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
     let step = median(steps)?;
     let (least, most) = THRESHOLDS.guess_interval;
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-    units.into_iter().find(|(_, scale)| (least..=most).contains(&(step * scale))).map(|(unit, _)| unit)
+    let found = units.into_iter().find(|(_, scale)| (least..=most).contains(&(step * scale)));
+    match found?.0 {
+        "us" if is_coarse(column) => Some("ms"),
+        unit => Some(unit),
+    }
+}
+
+/// Whether stamps that could be microseconds are rather milliseconds of rows a second or so apart: no log is over in less than a second
+/// and has round microseconds.
+fn is_coarse(column: &SampledColumn) -> bool {
+    let (start, end) = extremes(column.values.iter().copied());
+    let is_round = |value: &f64| value.is_nan() || value % THRESHOLDS.guess_round_us == 0.0;
+    end - start < THRESHOLDS.guess_short_us && column.values.iter().all(is_round)
 }
 
 /// The size that nearly all values stay below.

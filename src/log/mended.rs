@@ -87,13 +87,14 @@ const fn conversion(name: &'static str, unit: &'static str, scale: f64, offset: 
     Conversion { name, unit, scale, offset }
 }
 
-/// Forms that commands come in: 0 to 1, percent, pulses of 1000 to 2000 µs, the same in ms, DShot of 48 to 2047.
-const COMMANDS: [Conversion; 5] = [
+/// Forms that commands come in: 0 to 1, percent, pulses of 1000 to 2000 µs, the same in ms, DShot of 48 to 2047, a duty of 8 bits.
+const COMMANDS: [Conversion; 6] = [
     conversion("-", "-", 1.0, 0.0),
     conversion("%", "%", 1.0, 0.0),
     conversion("us", "-", 1e-3, -1.0),
     conversion("ms", "-", 1.0, -1.0),
     conversion("dshot", "-", 1.0 / 1999.0, -48.0 / 1999.0),
+    conversion("8bit", "-", 1.0 / 255.0, 0.0),
 ];
 
 /// Electrical revolutions a minute of a motor with so many pole pairs.
@@ -364,7 +365,7 @@ mod tests {
         );
         assert!(said("my_own", "%").ends_with("without a unit"));
         assert!(
-            said("command_1", "percent").ends_with("comes in `-`, `%`, `us`, `ms`, `dshot`"),
+            said("command_1", "percent").ends_with("comes in `-`, `%`, `us`, `ms`, `dshot`, `8bit`"),
             "{}",
             said("command_1", "percent")
         );

@@ -39,6 +39,20 @@ crate::thresholds! {
     guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
     /// how far beyond 0 and 1 the digits of a mapping's scale and offset put a command.
     command_rounding: f64 = 1e-5, "-", "five digits";
+    /// log over in less time than this is none in microseconds, where all its stamps are round: its rows are as many ms apart.
+    guess_short_us: f64 = 1e6, "µs", "judgement";
+    /// multiples of this are round stamps in microseconds: the clocks of microcontrollers count single ones, or four.
+    guess_round_us: f64 = 100.0, "µs", "judgement";
+    /// share of a voltage's greatest size up to which it is 0, as of a motor that is given none.
+    guess_no_volts: f64 = 0.05, "-", "judgement";
+    /// share of a voltage's rows that are 0, for it to be none of a battery: single dropouts are no command.
+    guess_dead_rows: f64 = 0.02, "-", "judgement";
+    /// steps of a voltage from which on it may be one that was asked for, where nearly all other rows repeat the row before.
+    guess_volt_steps: f64 = 2.0, "count", "judgement";
+    /// share of rows that repeat the row before, of a voltage that may have been asked for.
+    guess_held_rows: f64 = 0.9, "-", "judgement";
+    /// share of its greatest size over which a voltage goes in steps that may have been asked for: a battery sags by less.
+    guess_volt_range: f64 = 0.3, "-", "judgement";
     /// cells of text, each counted once, that a column of numbers may have, as marks of no value; with more of them it is no column of numbers.
     guess_texts: usize = 8, "count", "judgement";
     /// share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.

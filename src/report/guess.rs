@@ -38,6 +38,7 @@ fn conversion(column: &GuessedColumn) -> String {
         (Certainty::Said, "") => "as it is".to_owned(),
         (_, "-") if column.scale == 1.0 && column.offset == 0.0 => "0 to 1".to_owned(),
         (_, "-") if column.scale == 1e-3 => "pulses of 1000 to 2000 µs".to_owned(),
+        (_, "-") if column.scale == 1.0 / 255.0 => "8 bits, 0 to 255".to_owned(),
         (_, "-") if column.scale < THRESHOLDS.dshot_scale => "DShot, 48 to 2047".to_owned(),
         (_, "-") => format!("0 to 1{factor}{offset}"),
         (_, unit) => format!("{unit}{factor}{offset}"),
@@ -88,8 +89,42 @@ pub fn text(guessed: &GuessedLog) -> String {
     }
     text + &of_texts(&guessed.mapping.missing)
         + &of_levels(&guessed.columns)
+        + &of_volts(guessed)
         + &of_rates(guessed)
         + &without_command(guessed)
+}
+
+/// What is to be asked of voltages that move as what is asked for does.
+fn of_volts(guessed: &GuessedLog) -> String {
+    let drives = |name: &str| columns::is_command(name) || name == columns::TORQUE_COMMAND;
+    let has_command = guessed.mapping.signal.iter().any(|signal| drives(&signal.name));
+    let of = |it: &GuessedColumn, volts: f64| {
+        let column = &it.column;
+        let battery = columns::BATTERY_VOLTAGE;
+        let mut text = match it.signal == battery {
+            false => format!(
+                "`{column}` goes to 0, as no battery does that turns a motor: it is not taken for the battery's. If it is: \
+                 `--column '{column}={battery}:V'`. "
+            ),
+            true if has_command => return String::new(),
+            true => format!("`{column}` goes in steps, as a command does rather than a battery. "),
+        };
+        if !has_command {
+            text += &format!(
+                "If it is what the motor was given, it is the command: in the mapping `name = \"command_1\"`, `column = \"{column}\"`, \
+                 `unit = \"-\"`, `scale = {}` (1 / {}, its greatest)",
+                short(1.0 / volts),
+                short(volts)
+            );
+        }
+        text.trim_end().to_owned() + "\n"
+    };
+    guessed
+        .columns
+        .iter()
+        .filter(|it| it.certainty != Certainty::Said)
+        .filter_map(|it| Some(of(it, it.asked_volts?)))
+        .collect()
 }
 
 /// What becomes of text in columns of numbers.
@@ -184,7 +219,7 @@ fn without_command(guessed: &GuessedLog) -> String {
             )
         }
         [] => {
-            "No command was recognised. Say which column it is and what it comes in (-, %, us, ms, dshot): \
+            "No command was recognised. Say which column it is and what it comes in (-, %, us, ms, dshot, 8bit): \
                  `--column 'COLUMN=command_1:%'`\n"
                 .to_owned()
         }
@@ -334,6 +369,21 @@ mod tests {
         assert!(file.contains("# no column holds the body's rate"), "{file}");
         let config: MappingConfig = toml::from_str(&file).expect("a mapping");
         assert_eq!(config.signal.iter().filter(|it| it.slope).count(), 1);
+    }
+
+    #[test]
+    fn a_voltage_that_was_given_is_asked_about() {
+        let rows = |head: &str| {
+            let row = |row: u32| format!("{},{},{}\n", f64::from(row) / 50.0, row / 20 * 3, row);
+            guessed(&format!("{head}\n{}", (0..100).map(row).collect::<String>()))
+        };
+        let said = text(&rows("t (s),Voltaje (V),Speed (rad/s)"));
+        let asks = "`Voltaje (V)` goes to 0, as no battery does that turns a motor: it is not taken for the battery's. If it is: \
+                    `--column 'Voltaje (V)=battery_voltage_v:V'`. If it is what the motor was given, it is the command: in the mapping \
+                    `name = \"command_1\"`, `column = \"Voltaje (V)\"`, `unit = \"-\"`, `scale = 0.0833333` (1 / 12, its greatest)\n";
+        assert!(said.contains(asks), "{said}");
+        let said = text(&rows("t (s),Voltaje (V),PWM"));
+        assert!(said.contains("goes to 0") && !said.contains("command_1\""), "{said}");
     }
 
     /// What is written down reads the file that it was guessed of.

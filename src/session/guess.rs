@@ -88,7 +88,7 @@ fn of_columns(columns: &[SampledColumn], mapping: MappingConfig) -> GuessedLog {
 }
 
 impl GuessedLog {
-    /// Says what a column becomes: a signal in a unit (SI where none is said; of a command `-`, `%`, `us`, `ms` or `dshot`), a channel
+    /// Says what a column becomes: a signal in a unit (SI where none is said; of a command `-`, `%`, `us`, `ms`, `dshot` or `8bit`), a channel
     /// of its own without a unit, or nothing (`-`).
     ///
     /// # Errors

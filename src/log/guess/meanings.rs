@@ -24,6 +24,27 @@ pub(super) struct Meaning {
 /// Words that mean time in one language and something else in another: where the values grow.
 pub(super) const GROWING: [&str; 3] = ["tempo", "tiempo", "temps"];
 
+/// Words of what is asked for: no sensor measures that.
+pub(super) const ASKED: [&str; 17] = [
+    "target",
+    "setpoint",
+    "set_point",
+    "desired",
+    "ref",
+    "reference",
+    "referencia",
+    "demand",
+    "demanded",
+    "goal",
+    "soll",
+    "consigna",
+    "commanded",
+    "command",
+    "cmd",
+    "requested",
+    "wanted",
+];
+
 /// The meanings, in the order in which they are asked.
 pub(super) const MEANINGS: &[Meaning] = &[
     Meaning {
@@ -59,7 +80,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
     Meaning {
         signal: columns::BATTERY_VOLTAGE,
         si: "V",
-        words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
+        words: &["voltage", "volt", "volts", "voltaje", "vbat", "spannung", "vbus"],
         with: &[],
         without: &["cell", "reference"],
         by_unit: true,

@@ -306,6 +306,30 @@ fn a_unit_that_nobody_knows_is_not_replaced_by_another() {
     is(&speed("Speed (left)"), "propeller_rate_1_rad_s", "rad/s", Certainty::UnitGuessed);
 }
 
+/// A duty of 8 bits, as microcontrollers write it, is no DShot: that goes to 2047, and of all motors alike.
+#[test]
+fn commands_up_to_255_are_of_8_bits() {
+    let scale = |columns: &[(&str, &[f64])]| {
+        let columns: Vec<SampledColumn> = columns
+            .iter()
+            .map(|(name, values)| SampledColumn {
+                name: (*name).to_owned(),
+                values: values.to_vec(),
+                ..SampledColumn::default()
+            })
+            .collect();
+        guess(&columns).into_iter().map(|it| it.scale).collect::<Vec<_>>()
+    };
+    assert_eq!(scale(&[("PWM", &[0.0, 255.0])]), [1.0 / 255.0]);
+    assert_eq!(scale(&[("leftCommand", &[0.0, 116.0]), ("rightCommand", &[36.0, 72.0])]), [1.0 / 255.0; 2]);
+    assert_eq!(scale(&[("PWM", &[0.0, 256.0])]), [1.0 / 1999.0]);
+    assert_eq!(scale(&[("PWM", &[0.0, 254.5])]), [1.0 / 1999.0]);
+    // Motors that idle, and one of four that does not.
+    assert_eq!(scale(&[("motor[0]", &[137.0, 161.0])]), [1.0 / 1999.0]);
+    assert_eq!(scale(&[("motor[0]", &[0.0, 161.0]), ("motor[1]", &[0.0, 900.0])]), [1.0 / 1999.0; 2]);
+    assert_eq!(scale(&[("PWM", &[0.0, 60.0])]), [1.0], "percent");
+}
+
 /// What a flight controller gives its motors is the command, not what the pilot asks for.
 #[test]
 fn outputs_to_motors_go_before_sticks() {
@@ -313,6 +337,58 @@ fn outputs_to_motors_go_before_sticks() {
     let found = guess_of(&names.map(|name| (name, &[1100.0, 1500.0][..])));
     let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
     assert_eq!(signals, ["rccommand_0", "rccommand_3", "command_1", "command_2", "command_3", "command_4"]);
+}
+
+#[test]
+fn what_is_asked_for_is_not_measured_and_sides_are_rotors() {
+    let names = ["targetSpeed", "leftSpeed", "leftCommand", "rightSpeed", "rightCommand"];
+    let found = guess_of(&names.map(|name| (name, &[0.0, 200.0][..])));
+    let signals: Vec<&str> = found.iter().map(|it| it.0.as_str()).collect();
+    let wanted =
+        ["targetspeed", "propeller_rate_1_rad_s", "command_1", "propeller_rate_2_rad_s", "command_2"];
+    assert_eq!(signals, wanted);
+    for name in [
+        "speed_ref",
+        "Desired speed (rpm)",
+        "rpm_setpoint",
+        "consigna_rpm",
+        "commanded_deg_s",
+        "soll_drehzahl",
+    ] {
+        assert_eq!(guess_of(&[(name, &[0.0, 200.0])])[0].2, Certainty::Unknown, "{name}");
+    }
+    // One side alone says no rotor.
+    is(&guess_of(&[("right speed", &[9.0])])[0], "propeller_rate_1_rad_s", "rad/s", Certainty::UnitGuessed);
+}
+
+#[test]
+fn round_stamps_of_a_log_that_would_be_over_at_once_are_milliseconds() {
+    let unit = |values: &[f64]| guess_of(&[("time", values)]).remove(0).1;
+    assert_eq!(unit(&[17_800.0, 18_900.0, 20_000.0]), "ms");
+    assert_eq!(unit(&[17_812.0, 18_904.0, 20_008.0]), "us");
+    assert_eq!(unit(&[0.0, 1_000_000.0, 1_001_000.0, 1_002_000.0]), "us");
+}
+
+/// A battery sags; a voltage that is given to a motor goes to 0, and in steps.
+#[test]
+fn a_voltage_that_goes_to_zero_is_no_batterys() {
+    let asked = |name: &str, values: &[f64]| {
+        let column =
+            SampledColumn { name: name.to_owned(), values: values.to_vec(), ..SampledColumn::default() };
+        guess(&[column]).remove(0)
+    };
+    let given: Vec<f64> = (0..100).map(|row| if row < 30 { 0.0 } else { 9.0 }).collect();
+    let found = asked("Voltaje (V)", &given);
+    assert_eq!((found.certainty, found.asked_volts), (Certainty::Unknown, Some(9.0)));
+    let stairs: Vec<f64> = (0..100).map(|row| 3.0 + f64::from(row / 25)).collect();
+    let found = asked("Voltage (V)", &stairs);
+    assert_eq!((found.signal.as_str(), found.asked_volts), ("battery_voltage_v", Some(6.0)));
+    let sags: Vec<f64> = (0..100).map(|row| 12.5 - 0.01 * f64::from(row / 10)).collect();
+    let dropout: Vec<f64> = (0..100).map(|row| if row == 50 { 0.0 } else { 12.5 }).collect();
+    for battery in [sags, dropout, vec![0.0; 100]] {
+        let found = asked("Voltage (V)", &battery);
+        assert_eq!((found.signal.as_str(), found.asked_volts), ("battery_voltage_v", None));
+    }
 }
 
 /// Flags are text; marks of no value among numbers are not.

@@ -32,6 +32,17 @@ const AXES: [&str; 3] = ["pitch", "roll", "yaw"];
 /// How revolutions a minute are written, too.
 const PER_MINUTE: [&str; 5] = ["1/min", "u/min", "r/min", "rev/min", "min-1"];
 
+/// How the two sides of a machine are called, the first rotor's first.
+const SIDES: [[&str; 2]; 4] = [["left", "right"], ["links", "rechts"], ["izquierda", "derecha"], ["l", "r"]];
+
+/// Gives names that say a side the number of its rotor, from `first` on, where the other side is there, too.
+pub(super) fn number_sides(all: &mut [Words], first: usize) {
+    let numbers: Vec<Option<usize>> = all.iter().map(|words| words.side_beside(all)).collect();
+    for (words, side) in all.iter_mut().zip(numbers) {
+        words.number = words.number.or(side.map(|side| first + side));
+    }
+}
+
 /// A name in words, its unit, and its number.
 pub(super) struct Words {
     pub words: Vec<String>,
@@ -100,6 +111,27 @@ impl Words {
     /// Whether this word says that, and nothing more.
     pub fn is_electrical_by(&self, word: &str) -> bool {
         word == "electrical" && (self.is_electrical() || self.is_by_poles())
+    }
+
+    /// Which side of a machine it is of, 0 or 1, where one of `all` is the same of the other side.
+    fn side_beside(&self, all: &[Self]) -> Option<usize> {
+        let (sides, side) = SIDES.iter().find_map(|sides| {
+            let side = sides.iter().position(|side| self.words.iter().any(|word| word == side))?;
+            Some((sides, side))
+        })?;
+        let other: Vec<&str> = self
+            .words
+            .iter()
+            .map(|word| if word == sides[side] { sides[1 - side] } else { word.as_str() })
+            .collect();
+        all.iter().any(|it| it.words == other && it.unit == self.unit).then_some(side)
+    }
+
+    /// Whether it is the same of another rotor, or of this one.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let is_side = |word: &&String| SIDES.iter().flatten().any(|side| word == side);
+        let bare = |of: &Self| of.words.iter().filter(|word| !is_side(word)).cloned().collect::<Vec<_>>();
+        self.unit == other.unit && bare(self) == bare(other)
     }
 
     pub fn has(&self, wanted: &str) -> bool {

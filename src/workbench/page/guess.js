@@ -5,7 +5,7 @@ import { button, element, lastPart, number, table } from "./dom.js";
 
 const LEFT_OUT = "-";
 const ELECTRICAL = "erpm/";
-const COMMANDS = { "-": "0 to 1", "%": "percent", us: "pulses in µs", ms: "pulses in ms", dshot: "DShot, 48 to 2047" };
+const COMMANDS = { "-": "0 to 1", "%": "percent", us: "pulses in µs", ms: "pulses in ms", dshot: "DShot, 48 to 2047", "8bit": "8 bits, 0 to 255" };
 
 function select(label, options, chosen, choose) {
   return element("select", { "aria-label": label, "data-key": label, onchange: event => choose(event.target.value) },
