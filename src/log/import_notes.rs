@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::narrow_range::NarrowRange;
 use super::tables::Skipped;
 
 /// Places shown of each kind of oddity.
@@ -74,6 +75,8 @@ pub struct Notes {
     pub backward_time: Occurrences,
     /// Cells cut to the mapping's `clamp`, by signal.
     pub clamped: BTreeMap<String, Occurrences>,
+    /// Commands whose `clamp` ends before the log does, while the rate goes on.
+    pub narrow_ranges: Vec<NarrowRange>,
     /// Cells left out because they are outside the mapping's `valid`, by signal.
     pub invalid: BTreeMap<String, Occurrences>,
     /// Signals of the mapping whose optional column is absent.

@@ -12,7 +12,9 @@ use super::foreign_error::ForeignError;
 use super::import_notes::{Instead, Notes};
 use super::limits;
 use super::mapping::{Mapping, SignalMapping, TimeConfig};
+use super::narrow_range::NarrowRange;
 use super::row_clock;
+use super::signals::rotor_of;
 use super::table_clock::Clock;
 use super::tables::{Table, Tables};
 use super::thresholds::THRESHOLDS;
@@ -115,18 +117,20 @@ impl Assembly<'_> {
     }
 
     fn log(&mut self, tables: &[Table], bytes: &[u8]) -> Result<Dataset, ForeignError> {
+        let count = self.mapping.config.signal.len();
         let mut clocks = Vec::new();
         for clock in self.clocks(tables)? {
             let mut clock = clock.with_time(self.notes).part(self.path, self.part, self.notes)?;
             for (signal, values) in &mut clock.signals {
-                moved_up(values, self.mapping.config.signal[*signal].rows_later);
+                moved_up(values, self.mapping.config.signal[*signal % count].rows_later);
             }
             let mut clock = clock.in_rising_time(self.notes);
             self.put_slopes(&mut clock)?;
             clocks.push(clock);
         }
-        let count = self.mapping.config.signal.len();
-        let (time, mut columns) = self.in_rows(clocks, count);
+        // Behind the signals stand those of them that were cut, uncut.
+        let (time, mut columns) = self.in_rows(clocks, 2 * count);
+        let uncut = columns.split_off(count);
         if columns.iter().flatten().all(|values| values.iter().all(|value| value.is_nan())) {
             return Err(ForeignError::Empty { path: self.path.to_owned() });
         }
@@ -139,6 +143,12 @@ impl Assembly<'_> {
         }
         let absent = signals().filter(|it| !it.instead && log.column(&it.name).is_none());
         self.notes.absent.extend(absent.map(|it| it.name.clone()));
+        let of = |(index, uncut): (usize, Option<Vec<f64>>)| {
+            let signal = &self.mapping.config.signal[index];
+            let rates = rotor_of(&signal.name).and_then(|rotor| log.column(&columns::propeller_rate(rotor)));
+            NarrowRange::of(signal, self.mapping.units.get(index).copied().flatten(), &uncut?, rates)
+        };
+        self.notes.narrow_ranges = uncut.into_iter().enumerate().filter_map(of).collect();
         Ok(log)
     }
 
@@ -168,7 +178,10 @@ impl Assembly<'_> {
                 });
             }
             let values = self.values(&tables[at], index, &found);
-            clocks[at].get_or_insert_with(|| Clock::of(&tables[at])).signals.push((index, values));
+            let uncut = self.uncut(&tables[at], index, &found);
+            let clock = clocks[at].get_or_insert_with(|| Clock::of(&tables[at]));
+            clock.signals.push((index, values));
+            clock.signals.extend(uncut.map(|values| (self.mapping.config.signal.len() + index, values)));
         }
         if let Some(filter) = &self.mapping.filter {
             let (at, column) = self.find_named(tables, &filter.column, "where", None)?;
@@ -210,7 +223,7 @@ impl Assembly<'_> {
     /// Puts in the place of columns whose slope is wanted that slope.
     fn put_slopes(&mut self, clock: &mut Clock) -> Result<(), DatasetError> {
         let of_slope: Vec<usize> = (0..clock.signals.len())
-            .filter(|at| self.mapping.config.signal[clock.signals[*at].0].slope)
+            .filter(|at| self.mapping.config.signal.get(clock.signals[*at].0).is_some_and(|it| it.slope))
             .collect();
         if of_slope.is_empty() {
             return Ok(());
@@ -249,6 +262,23 @@ impl Assembly<'_> {
             values.push(if signal.slope { number } else { self.value(index, number, table.place(row)) });
         }
         values
+    }
+
+    /// The values of a command in SI, where the mapping cuts some of them; `None` of any other.
+    fn uncut(&self, table: &Table, index: usize, places: &[(usize, usize)]) -> Option<Vec<f64>> {
+        let signal = &self.mapping.config.signal[index];
+        let is_cut = columns::is_command(&signal.name) && self.notes.clamped.contains_key(&signal.name);
+        if !is_cut || signal.slope {
+            return None;
+        }
+        let unit = self.mapping.units.get(index).copied().flatten();
+        let columns = || places.iter().filter_map(|(_, at)| table.columns.get(*at));
+        let value = |row: usize| {
+            let numbers = columns().map(|it| it.values.get(row).copied().unwrap_or(f64::NAN));
+            let scaled = signal.combined(numbers) * signal.scale + signal.offset;
+            unit.map_or(scaled, |unit| unit.to_si(scaled))
+        };
+        Some((0..table.time.len()).map(value).collect())
     }
 
     fn find(

@@ -26,6 +26,7 @@ pub mod lines;
 pub mod mapped;
 pub mod mapping;
 pub mod mended;
+pub mod narrow_range;
 mod number;
 pub mod parquet;
 mod row_clock;

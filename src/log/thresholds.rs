@@ -55,6 +55,16 @@ crate::thresholds! {
     guess_volt_range: f64 = 0.3, "-", "judgement";
     /// cells of text, each counted once, that a column of numbers may have, as marks of no value; with more of them it is no column of numbers.
     guess_texts: usize = 8, "count", "judgement";
+    /// share of a command's values above the mapping's range from which that is too narrow for the log.
+    narrow_share: f64 = 0.01, "-", "judgement: fewer are what overshoots";
+    /// share of the values above the mapping's range that lie below what counts as the log's end: glitches are none.
+    narrow_end: f64 = 0.95, "-", "judgement";
+    /// share of what lies above the mapping's range that is its top, and that is near its end.
+    narrow_part: f64 = 0.25, "-", "judgement";
+    /// share of the mapping's range that is near its end.
+    narrow_near: f64 = 0.02, "-", "judgement";
+    /// share by which the rates differ at the end of the mapping's range and at the top of what lies above, for the range to be too narrow.
+    narrow_rate: f64 = 0.05, "-", "judgement: more than rates at full command scatter";
     /// share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
     same_scale: f64 = 0.05, "-", "judgement";
     /// time from row to row of a table of levels whose pauses nobody recorded.

@@ -4,11 +4,13 @@ use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::guess::may_be_command;
 use crate::log::import_notes::{Instead, Occurrences};
+use crate::log::narrow_range::NarrowRange;
 use crate::log::signals::{log_signal, rotor_of};
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;
 use crate::signal::columns;
+use crate::unit::short;
 
 /// Columns that may be a command, shown at most.
 const SHOWN_COLUMNS: usize = 4;
@@ -116,6 +118,7 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
             "note: channels have clocks of their own: values were moved by {shift:.3} ms at most, to the nearest row"
         ));
     }
+    lines.extend(notes.narrow_ranges.iter().map(narrow));
     // A mapping for sixteen rotors lacks most of them on every machine.
     let absent: Vec<&str> = notes
         .absent
@@ -135,6 +138,26 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
     }
     lines
+}
+
+/// That a mapping's range of commands ends too early, and the one that does not.
+fn narrow(of: &NarrowRange) -> String {
+    let NarrowRange { signal, column, above, share, from_to_log: [from, to, log], scale, offset, .. } = of;
+    let rates = of.rates_rad_s.map_or_else(String::new, |[end, top]| {
+        format!(", and the rate is {} rad/s at {}, {} rad/s there", short(end), short(*to), short(top))
+    });
+    format!(
+        "warning: the mapping's range is too narrow for this log: {above} values of `{signal}` ({:.0} %) lie above {}, up to {} in \
+         `{column}`{rates}: g(u) near full command will be wrong. In a mapping of your own (`--write-mapping` makes one) give `{signal}` \
+         `scale = {}`, `offset = {}`: {} to {}",
+        1e2 * share,
+        short(*to),
+        short(*log),
+        short(*scale),
+        short(*offset),
+        short(*from),
+        short(*log)
+    )
 }
 
 /// Which columns may be the command, where none was read.
@@ -218,6 +241,29 @@ fn skipped(of: &Skipped) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_range_that_is_too_narrow_is_said_with_one_that_is_not() {
+        let range = NarrowRange {
+            signal: "command_1".to_owned(),
+            column: "ESC signal (µs)".to_owned(),
+            above: 179,
+            share: 0.222,
+            from_to_log: [1000.0, 2000.0, 2270.0],
+            rates_rad_s: Some([383.6, 459.1]),
+            scale: 1.0 / 1270.0,
+            offset: -1000.0 / 1270.0,
+        };
+        let notes = Notes { narrow_ranges: vec![range], ..Notes::default() };
+        let said = note_lines(&notes).concat();
+        assert_eq!(
+            said,
+            "warning: the mapping's range is too narrow for this log: 179 values of `command_1` (22 %) lie above 2000, up to 2270 in \
+             `ESC signal (µs)`, and the rate is 383.6 rad/s at 2000, 459.1 rad/s there: g(u) near full command will be wrong. In a \
+             mapping of your own (`--write-mapping` makes one) give `command_1` `scale = 0.000787402`, `offset = -0.787402`: 1000 to 2270"
+        );
+        assert!(said.chars().count() <= 400, "{}", said.chars().count());
+    }
 
     #[test]
     fn a_log_without_a_command_names_columns_that_may_be_one() {

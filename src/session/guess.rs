@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::open::{addressed, beginning, is_ours};
+use super::open::{addressed, beginning, is_in_our_format};
 use super::{Job, SessionError};
 use crate::log::format::{FormatError, ReadRequest, Start};
 use crate::log::formats::FORMATS;
@@ -39,7 +39,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         let path = &addressed(path).0;
         let bytes = beginning(path);
         let start = Start { bytes: &bytes, path };
-        if bytes.is_empty() || is_recording_or_capture(&start) || is_ours(&start) {
+        if bytes.is_empty() || is_recording_or_capture(&start) || is_in_our_format(&start) {
             return Ok::<_, SessionError>(None);
         }
         let format = FORMATS.iter().find(|format| format.recognises(&start));

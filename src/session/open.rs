@@ -232,7 +232,7 @@ fn read(path: &Path, config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<R
         return Err(FormatError::Unknown { path: path.to_owned(), readable: readable() }.into());
     }
     match mapping {
-        Some(mapping) if !is_ours(&start) || has_columns(&start, &mapping) => {
+        Some(mapping) if !is_in_our_format(&start) || has_columns(&start, &mapping) => {
             let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
@@ -299,11 +299,15 @@ fn tabular(
 }
 
 /// Whether a text begins with a header of ours: a mapping for other logs is not for it.
-pub(super) fn is_ours(start: &Start) -> bool {
-    let names = header(start);
+fn is_ours(start: &Start) -> bool {
+    header(start).iter().any(|name| name == columns::TIME)
+}
+
+/// Whether a text is in our own format: another column has a name of ours beside the time, which programs of others call `time_s`, too.
+pub(super) fn is_in_our_format(start: &Start) -> bool {
     // Of a header that goes on behind what was read, not all names are known.
-    let goes_on = !start.bytes.contains(&b'\n') && names.iter().any(|name| name == columns::TIME);
-    goes_on || are_ours(names.iter().map(String::as_str))
+    let goes_on = !start.bytes.contains(&b'\n');
+    is_ours(start) && (goes_on || are_ours(header(start).iter().map(String::as_str)))
 }
 
 /// Whether a text begins with a header that has all columns of a mapping: what the user said of it holds, whatever it is named like.

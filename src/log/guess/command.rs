@@ -2,7 +2,7 @@
 
 use super::Certainty;
 use super::words::Words;
-use crate::estimation::quantile::extremes;
+use crate::estimation::quantile::{extremes, quantiles};
 use crate::log::sniff::SampledColumn;
 use crate::log::thresholds::THRESHOLDS;
 use crate::signal::columns;
@@ -54,7 +54,9 @@ pub(super) fn asked_voltage(signal: &str, column: &SampledColumn) -> Option<Aske
     let held = pairs().filter(|(before, now)| before == now).count() as f64;
     let steps = pairs().count() as f64 - held;
     let is_held = steps >= THRESHOLDS.guess_volt_steps && held >= THRESHOLDS.guess_held_rows * count;
-    let is_wide = high - low >= THRESHOLDS.guess_volt_range * greatest;
+    // Single dropouts make no range.
+    let ends = quantiles(values(), [THRESHOLDS.guess_dead_rows, 1.0 - THRESHOLDS.guess_dead_rows]);
+    let is_wide = ends.is_some_and(|[low, high]| high - low >= THRESHOLDS.guess_volt_range * greatest);
     (goes_to_zero || is_held && is_wide).then_some(AskedVoltage { greatest, goes_to_zero })
 }
 

@@ -131,7 +131,9 @@ impl Words {
     pub fn is_like(&self, other: &Self) -> bool {
         let is_side = |word: &&String| SIDES.iter().flatten().any(|side| word == side);
         let bare = |of: &Self| of.words.iter().filter(|word| !is_side(word)).cloned().collect::<Vec<_>>();
-        self.unit == other.unit && bare(self) == bare(other)
+        // The number of `motor[1]` is spelled as a unit, too.
+        let unit = |of: &Self| of.unit.filter(|unit| *unit != "1");
+        unit(self) == unit(other) && bare(self) == bare(other)
     }
 
     pub fn has(&self, wanted: &str) -> bool {
