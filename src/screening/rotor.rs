@@ -15,6 +15,8 @@ pub(crate) struct CheckedRotor<'a> {
     pub measured: &'a [f64],
     /// Rows at which it stands or starts, ascending, by its rates before any check took one out.
     pub at_rest: Vec<usize>,
+    /// [s] when it was commanded to turn after it had stood, by the same rates.
+    pub starts: Vec<f64>,
     /// Whether its commands step between rows in another log of this bench.
     pub steps_elsewhere: bool,
 }
@@ -25,8 +27,8 @@ impl<'a> CheckedRotor<'a> {
     pub(crate) fn read(log: &'a Dataset, voltage: Option<&HeldVoltage>, number: usize) -> Option<Self> {
         let (data, missing) = RotorLog::read(log, voltage, number)?;
         let measured = log.column(&columns::propeller_rate(number)).unwrap_or_default();
-        let at_rest = data.at_rest();
-        Some(Self { data, missing, measured, at_rest, steps_elsewhere: false })
+        let (at_rest, starts) = (data.at_rest(), data.starts());
+        Some(Self { data, missing, measured, at_rest, starts, steps_elsewhere: false })
     }
 
     /// Whether any of its rates is a measurement.

@@ -257,10 +257,7 @@ impl RotorLog {
         }
         let coasts = self.coasts();
         let mut waiting_until = f64::NEG_INFINITY;
-        let is_coasting = |row: usize| {
-            let at = coasts.partition_point(|run| run.end <= row);
-            coasts.get(at).is_some_and(|run| run.contains(&row))
-        };
+        let is_coasting = |row: usize| holds(&coasts, row);
         let mut rests = |row: &usize| {
             let has_not_started = standing > 0.0 && self.time[*row] <= waiting_until && stands(*row);
             if (low(row) && !is_coasting(*row)) || has_not_started {
@@ -269,6 +266,16 @@ impl RotorLog {
             self.time[*row] <= waiting_until
         };
         rows().filter(|row| rests(row)).collect()
+    }
+
+    /// [s] when it was commanded to turn after it had stood.
+    pub(crate) fn starts(&self) -> Vec<f64> {
+        let coasts = self.coasts();
+        let is_start = |row: &usize| {
+            let [before, now] = [self.command[row - 1], self.command[*row]];
+            before < LEAST_COMMAND && now >= LEAST_COMMAND && !holds(&coasts, row - 1)
+        };
+        (1..self.time.len()).filter(is_start).map(|row| self.time[row]).collect()
     }
 
     /// Runs of low commands under which the rotor coasts: by all its readings, the last of them right before the command comes back, and
@@ -296,6 +303,12 @@ impl RotorLog {
         }
         coasts
     }
+}
+
+/// Whether a row lies in one of these runs, which ascend.
+fn holds(runs: &[Range<usize>], row: usize) -> bool {
+    let at = runs.partition_point(|run| run.end <= row);
+    runs.get(at).is_some_and(|run| run.contains(&row))
 }
 
 /// Smallest and largest finite value; (0, 0) of none.

@@ -12,7 +12,7 @@ use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, SHORT_RUN};
 use super::quantized_voltage;
 use super::rotor::CheckedRotor;
-use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
+use super::rotor_data::{HeldVoltage, RotorLog};
 use super::suspicion::{Stops, Suspicion};
 use crate::log::{Cells, Dataset};
 
@@ -28,6 +28,8 @@ pub struct ScreenedRotor {
     why: LeftOut,
     /// Whether the rotor stands or starts at each row.
     rests: Vec<bool>,
+    /// See [`ScreenedRotor::starts`].
+    starts: Vec<f64>,
     /// See [`ScreenedRotor::runs`].
     runs: Vec<Range<usize>>,
     /// Columns that can hardly be what their names say, what stops most first.
@@ -67,7 +69,7 @@ impl ScreenedRotor {
         }
         let mut is_scored = vec![false; log.len()];
         rotor.data.scored().for_each(|row| is_scored[row] = true);
-        let (is_measured, data) = (rotor.is_measured(), rotor.data);
+        let (is_measured, starts, data) = (rotor.is_measured(), rotor.starts, rotor.data);
         let why = LeftOut::of(why.into_iter());
         let seen_through = Arc::default();
         Some(Self {
@@ -77,6 +79,7 @@ impl ScreenedRotor {
             is_scored,
             why,
             rests,
+            starts,
             runs,
             suspicions,
             findings,
@@ -127,11 +130,7 @@ impl ScreenedRotor {
 
     /// [s] when it was commanded to turn after it had stood.
     pub fn starts(&self) -> impl Iterator<Item = f64> + '_ {
-        let is_start = |row: &usize| {
-            let [before, now] = [self.data.command[row - 1], self.data.command[*row]];
-            before < LEAST_COMMAND && now >= LEAST_COMMAND && self.rests(row - 1)
-        };
-        (1..self.data.time.len()).filter(is_start).map(|row| self.data.time[row])
+        self.starts.iter().copied()
     }
 
     /// Stretches of rows without a hole over which every command is known.
