@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn the_range_of_commands_is_one_that_a_model_may_have() {
         let of = |value: &dyn Fn(usize) -> f64| (0..500).map(value).collect::<Vec<f64>>();
-        let command = |row: usize| if row / 100 % 2 == 0 { 0.4 } else { 1.000_000_5 };
+        let command = |row: usize| if (row / 100).is_multiple_of(2) { 0.4 } else { 1.000_000_5 };
         let rate = of(&|row| 1_000.0 * command(row) + (row * 37 % 11) as f64);
         let columns = [("command_1", of(&command)), ("propeller_rate_1_rad_s", rate)];
         let log = ScreenedLog::from(Dataset::made(of(&|row| 0.02 * row as f64), columns));

@@ -417,7 +417,8 @@ mod tests {
         assert_eq!(moves(&|t| 0.4 + 0.02 * (t.rem_euclid(4.0) - 2.0).abs()), 0);
         assert_eq!(moves(&|t| 0.4 + 0.05 * (0.5 * t).sin()), 0);
         // 0.006 a quarter second after the other.
-        let binary = moves(&|t| 0.4 + 0.003 * if (t * 4.0) as usize % 2 == 0 { 1.0 } else { -1.0 });
+        let binary =
+            moves(&|t| 0.4 + 0.003 * if ((t * 4.0) as usize).is_multiple_of(2) { 1.0 } else { -1.0 });
         assert!((230..=240).contains(&binary), "{binary} of 239");
     }
 
