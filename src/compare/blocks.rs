@@ -78,10 +78,7 @@ fn actuator(
     driven_by.extend(battery.map(|_| BATTERY_VOLTAGE));
     let name = format!("actuator_{}", rotor + 1);
     let mut block = BlockRun::new(&name, &signal, "rad/s", &driven_by, NoisePath::Sensor);
-    let mut is_slow = false;
-    for added in &model.effects {
-        is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
-    }
+    let is_slow = has_slow_state(model)?;
     // Mostly every reading is scored: nothing to copy.
     let is_left_out = |row: usize| rate[row].is_finite() && !judged.is_scored(row);
     let in_part = judged.stretches().iter().cloned().flatten().any(is_left_out);
@@ -105,16 +102,9 @@ fn actuator(
             side: side(rotor),
         };
         // Where a fit finds how warm each stretch began, the stretches do not see each other.
-        let last = last_end.take_if(|_| !is_slow);
-        let before = last
-            .zip(time.first())
-            .map(|((ended, end), begins): ((f64, Remembered), &f64)| end.across(begins - ended));
-        let start = RotorStart {
-            rate: shown.first().copied().filter(|rate| rate.is_finite()),
-            is_first: rows.start == 0,
-            before,
-            ..RotorStart::default()
-        };
+        let before = Remembered::at_begin(last_end.take_if(|_| !is_slow), time);
+        let rate = shown.first().copied().filter(|rate| rate.is_finite());
+        let start = RotorStart { rate, is_first: rows.start == 0, before, ..RotorStart::default() };
         let (modelled, end) = rotor_run(equations, &input, start, &measured, is_slow);
         last_end = time.last().copied().zip(end);
         let (added, over) = one_step_squares(time, (&measured, &modelled), model.actuator.pole);
@@ -123,6 +113,15 @@ fn actuator(
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
+}
+
+/// Whether a law of a model has a slow state, as heat is.
+fn has_slow_state(model: &Model) -> Result<bool, CompareError> {
+    let mut is_slow = false;
+    for added in &model.effects {
+        is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
+    }
+    Ok(is_slow)
 }
 
 /// Squares of what a first-order rotor does one sample ahead, and how many: the residual less what it had coming.

@@ -141,8 +141,7 @@ pub(crate) fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) ->
             };
             let first = log.column(PROPELLER_RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
             let rate = first.filter(|rate| rate.is_finite());
-            let before =
-                ends[rotor].zip(time.first()).map(|((ended, end), begins)| end.across(begins - ended));
+            let before = Remembered::at_begin(ends[rotor], time);
             let start = RotorStart { rate, is_first: rows.start == 0, before, ..RotorStart::default() };
             let mut trace = RotorTrace::default();
             equations.simulate_rotor(&input, &start, &mut trace);

@@ -102,11 +102,7 @@ impl BlockContext<'_> {
                     .filter(is_indistinguishable)
                     .map(|(_, fitted, _)| fitted.clone())
                     .collect();
-                rotor.ladder.truncate(1);
-                rotor.ladder.extend((!selected.effects.is_empty()).then(|| selected.clone()));
-                rotor.dropped = selected.effects.iter().map(|_| rotor.refitted.clone()).collect();
-                rotor.floors = joint_floors(&rotor.split, &selected);
-                (rotor.answer, rotor.changed) = (selected, changed);
+                answer_with(rotor, selected, changed);
                 return Ok((driven, Some(body)));
             }
         }
@@ -252,6 +248,15 @@ impl BlockContext<'_> {
             left < (1.0 - THRESHOLDS.driver_gain) * misfit(&before, &before.refitted, &body.floors);
         Ok(if has_fallen { with_error_before(&before, body, &rotor.answer.effects) } else { body })
     }
+}
+
+/// Makes a set, of which nothing but its fit is known, the rotors' answer.
+fn answer_with(rotor: &mut SearchResult, selected: CandidateFit, changed: Vec<String>) {
+    rotor.ladder.truncate(1);
+    rotor.ladder.extend((!selected.effects.is_empty()).then(|| selected.clone()));
+    rotor.dropped = selected.effects.iter().map(|_| rotor.refitted.clone()).collect();
+    rotor.floors = joint_floors(&rotor.split, &selected);
+    (rotor.answer, rotor.changed) = (selected, changed);
 }
 
 /// Effects of the rotors that pass the surrogate test, beside their answer, nearest first.

@@ -266,7 +266,8 @@ fn meant<'a>(
         return None;
     }
     if meaning.signal == columns::ANY_COMMAND {
-        let (unit, scale, offset, certainty) = command::comes_in(words, &alike())?;
+        let (unit, scale, offset, is_named) = command::comes_in(words, &alike())?;
+        let certainty = if is_named { Certainty::Named } else { Certainty::UnitGuessed };
         return Some(guessed(column, signal, unit, (scale, offset), certainty));
     }
     if meaning.signal == columns::TIME && words.unit.is_none() {

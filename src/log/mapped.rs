@@ -10,6 +10,7 @@ use super::csv_table::{self, listed};
 use super::dataset::{Dataset, DatasetError};
 use super::foreign_error::ForeignError;
 use super::import_notes::{Instead, Notes};
+use super::limited::limited;
 use super::limits;
 use super::mapping::{Mapping, SignalMapping, TimeConfig};
 use super::narrow_range::NarrowRange;
@@ -17,7 +18,6 @@ use super::row_clock;
 use super::signals::rotor_of;
 use super::table_clock::Clock;
 use super::tables::{Table, Tables};
-use super::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
 /// Reads the CSV log at `path` through `mapping`. Where the file holds several logs, one behind the other, `part`
@@ -406,26 +406,4 @@ fn moved_up(values: &mut [f64], rows: usize) {
     let kept = values.len().saturating_sub(rows);
     values.rotate_left(values.len() - kept);
     values[kept..].fill(f64::NAN);
-}
-
-/// The value within the mapping's ranges.
-fn limited(notes: &mut Notes, signal: &SignalMapping, value: f64, line: u64) -> f64 {
-    if signal.valid.is_some_and(|[low, high]| value < low || value > high) {
-        notes.invalid.entry(signal.name.clone()).or_default().add(line);
-        return f64::NAN;
-    }
-    match signal.clamp {
-        Some([low, high]) if value < low || value > high => {
-            notes.clamped.entry(signal.name.clone()).or_default().add(line);
-            value.clamp(low, high)
-        }
-        _ if columns::is_command(&signal.name) => without_rounding(value),
-        _ => value,
-    }
-}
-
-/// [-] A command without what the digits of its scale and offset put it beyond nothing or all.
-fn without_rounding(command: f64) -> f64 {
-    let within = command.clamp(0.0, 1.0);
-    if (command - within).abs() <= THRESHOLDS.command_rounding { within } else { command }
 }

@@ -21,6 +21,7 @@ pub mod format;
 pub mod formats;
 pub mod guess;
 pub mod import_notes;
+mod limited;
 pub mod limits;
 pub mod lines;
 pub mod mapped;

@@ -51,6 +51,12 @@ pub struct Remembered {
 }
 
 impl Remembered {
+    /// What a stretch at `time` [s] remembers of the one before it: when that ended, and in what.
+    #[must_use]
+    pub fn at_begin(before: Option<(f64, Self)>, time: &[f64]) -> Option<Self> {
+        before.zip(time.first()).map(|((ended, end), begins)| end.across(begins - ended))
+    }
+
     /// The same for a stretch that begins `hole` [s] later.
     #[must_use]
     pub fn across(self, hole: f64) -> Self {

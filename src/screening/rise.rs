@@ -61,7 +61,9 @@ impl RotorLog {
         let behind = (jump + 1..within.end).take_while(|row| is_same(*row, jump + 1)).filter(is_read);
         let behind: Vec<usize> = behind.collect();
         let before = (within.start..=jump).rev().take_while(|row| is_same(*row, jump)).find(is_read);
-        let end = behind.len().checked_sub(THRESHOLDS.readings_at_rest.max(behind.len() / 4))?;
+        let end = behind
+            .len()
+            .checked_sub(THRESHOLDS.readings_at_rest.max(behind.len() / THRESHOLDS.level_ends))?;
         let rates: Vec<f64> = behind.iter().map(|row| self.rate[*row]).collect();
         let to = mean(&rates[end..]);
         // Of a start nobody knows the rate before: it was none.

@@ -413,8 +413,8 @@ mod tests {
     #[test]
     fn small_moves_are_counted_and_slow_ramps_are_not() {
         let moves = |command: &dyn Fn(f64) -> f64| rotor(&log(command, 60.0)).0.quick_moves(0.002);
-        // One corner every two seconds, of 0.04 1/s: 0.002 of a command in 0.1 s.
-        assert_eq!(moves(&|t| 0.4 + 0.02 * (t.rem_euclid(4.0) - 2.0).abs()), 0);
+        // One corner every two seconds, of 0.03 1/s: 0.0015 of a command in half of 0.1 s.
+        assert_eq!(moves(&|t| 0.4 + 0.015 * (t.rem_euclid(4.0) - 2.0).abs()), 0);
         assert_eq!(moves(&|t| 0.4 + 0.05 * (0.5 * t).sin()), 0);
         // 0.006 a quarter second after the other.
         let binary =

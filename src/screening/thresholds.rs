@@ -267,8 +267,10 @@ crate::thresholds! {
     seldom_readings: f64 = 2.5, "time constants", "judgement";
     /// steps with a reading on the way that say how quickly a rotor follows, at least.
     fewest_rises: usize = 5, "count", "judgement";
-    /// readings at the end of a level at which a rotor has come to rest, at least; a quarter of a longer one.
+    /// readings at the end of a level at which a rotor has come to rest, at least.
     readings_at_rest: usize = 3, "count", "judgement";
+    /// one in so many readings of a longer level is at its end.
+    level_ends: usize = 4, "count", "judgement";
     /// share of a step that is left where a reading counts as on the way.
     share_on_the_way: (f64, f64) = (0.1, 0.9), "-", "judgement: noise and drift below, a dead time above";
     /// times its scatter at rest that a step must go, and a reading be away from rest, to be on the way.

@@ -1,22 +1,18 @@
 //! What a command comes in, and which voltages are commands: by the values.
 
-use super::Certainty;
 use super::words::Words;
 use crate::estimation::quantile::{extremes, quantiles};
 use crate::log::sniff::SampledColumn;
 use crate::log::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
-/// Unit, factor and offset of a command; `alike` are the columns of the same name for all rotors, that come in one unit.
-pub(super) fn comes_in(
-    words: &Words,
-    alike: &[&SampledColumn],
-) -> Option<(&'static str, f64, f64, Certainty)> {
+/// Unit, factor and offset of a command, and whether its name says the unit; `alike` are the columns of the same name for all rotors, that come in one unit.
+pub(super) fn comes_in(words: &Words, alike: &[&SampledColumn]) -> Option<(&'static str, f64, f64, bool)> {
     let values = || alike.iter().flat_map(|column| column.values.iter().copied());
     let (low, high) = extremes(values());
     let pulse = ("-", 1e-3, -1.0);
     let dshot = ("-", 1.0 / 1999.0, -48.0 / 1999.0);
-    let by_unit = |(unit, scale, offset)| Some((unit, scale, offset, Certainty::Named));
+    let by_unit = |(unit, scale, offset)| Some((unit, scale, offset, true));
     match words.unit {
         Some("µs" | "us") => return by_unit(pulse),
         Some("ms") => return by_unit(("-", 1.0, -1.0)),
@@ -36,7 +32,7 @@ pub(super) fn comes_in(
         (0.0.., ..=2047.0) => dshot,
         _ => return None,
     };
-    Some((unit, scale, offset, Certainty::UnitGuessed))
+    Some((unit, scale, offset, false))
 }
 
 /// The greatest size of a voltage that moves as what is asked for does: it goes to 0, or it is held in steps; `None` of any other.

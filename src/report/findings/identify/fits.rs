@@ -178,3 +178,17 @@ fn of_significance(finding: &Finding) -> Option<String> {
     let value = in_digits(finding, "value", "error");
     Some(format!("{name} {value} {unit} is known to {share:.0} % only: {more}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::report::findings::sentence;
+    use crate::screening::Finding;
+
+    /// It shows plainly; holding commands for longer would not change its sign.
+    #[test]
+    fn a_k_v_of_the_wrong_sign_is_no_matter_of_longer_holds() {
+        let found = Finding::new("voltage_gain_negative", "voltage_gain");
+        let said = sentence(&found.with("value", -737.0).with("error", 15.8));
+        assert!(said.contains("rose as the voltage fell") && !said.contains("longer"), "{said}");
+    }
+}
