@@ -96,10 +96,13 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
     (out, all_reached)
 }
 
+/// What it is, of which cases, which of them reach it, and what share must.
+type Goal<'a> = (&'a str, &'a [&'a Judged], fn(&Judged) -> bool, Option<f64>);
+
 /// The goals where the base is of the same log. What it takes up is not missing: the answer may then be that nothing is.
 fn own_base_goals(strong: &[&Judged]) -> (String, bool) {
     let (quiet, hidden): (Vec<&Judged>, Vec<&Judged>) = strong.iter().partition(|case| case.truth == "none");
-    let rows: [(&str, &[&Judged], fn(&Judged) -> bool, Option<f64>); 3] = [
+    let rows: [Goal; 3] = [
         (
             "one effect or two: named, or nothing wrong ≥ 90 %",
             &hidden,
