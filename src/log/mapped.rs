@@ -124,7 +124,7 @@ impl Assembly<'_> {
             for (signal, values) in &mut clock.signals {
                 moved_up(values, self.mapping.config.signal[*signal % count].rows_later);
             }
-            let mut clock = clock.in_rising_time(self.notes);
+            let mut clock = clock.in_rising_time(count, self.notes);
             self.put_slopes(&mut clock)?;
             clocks.push(clock);
         }

@@ -99,19 +99,20 @@ impl Clock {
         }
     }
 
-    /// Rows with strictly rising time: equal stamps are merged, backward ones left out.
-    pub(crate) fn in_rising_time(mut self, notes: &mut Notes) -> Self {
+    /// Rows with strictly rising time: equal stamps are merged, backward ones left out. What differs is counted of the first `counted`
+    /// signals.
+    pub(crate) fn in_rising_time(mut self, counted: usize, notes: &mut Notes) -> Self {
         let mut kept: Vec<usize> = Vec::with_capacity(self.time.len());
         for row in 0..self.time.len() {
             match kept.last().copied() {
                 Some(last) if self.time[row] < self.time[last] => notes.backward_time.add(self.places[row]),
                 Some(last) if self.time[row] == self.time[last] => {
                     notes.repeated_time.add(self.places[row]);
-                    for (_, values) in &mut self.signals {
+                    for (signal, values) in &mut self.signals {
                         let (mine, other) = (values[last], values[row]);
                         if mine.is_nan() {
                             values[last] = other;
-                        } else if !other.is_nan() && mine != other {
+                        } else if *signal < counted && !other.is_nan() && mine != other {
                             notes.conflicting_cells.add(self.places[row]);
                         }
                     }
