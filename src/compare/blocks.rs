@@ -87,12 +87,9 @@ fn actuator(
     for rows in judged.stretches().iter().cloned() {
         let time = &log.time()[rows.clone()];
         let shown = &rate[rows.clone()];
-        let scored = || rows.clone().zip(shown);
-        let measured: Cow<[f64]> = if in_part {
-            scored().map(|(row, rate)| if judged.is_scored(row) { *rate } else { f64::NAN }).collect()
-        } else {
-            Cow::Borrowed(shown)
-        };
+        let of_row = |(row, rate): (usize, &f64)| if judged.is_scored(row) { *rate } else { f64::NAN };
+        let measured: Cow<[f64]> =
+            if in_part { rows.clone().zip(shown).map(of_row).collect() } else { Cow::Borrowed(shown) };
         let from = judged.data().command_from_beside(equations.command_delay(), &rows);
         let input = RotorInput {
             time,
