@@ -50,7 +50,8 @@ impl RotorLog {
                 ];
                 if (slopes[1] - slopes[0]).abs() * 0.5 * THRESHOLDS.jump_span > least {
                     count += 1;
-                    counted_until = self.time[after];
+                    // Until it lies wholly behind.
+                    counted_until = self.time[after] + THRESHOLDS.jump_span;
                 }
             }
         }
