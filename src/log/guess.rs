@@ -92,9 +92,10 @@ pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
     let first = usize::from(words.iter().all(|words| words.number != Some(0)));
     number_sides(&mut words, first);
     let of = |(column, own): (&SampledColumn, &Words)| {
-        let is_alike = |(_, other): &(&SampledColumn, &Words)| own.is_like(other);
-        let alike = || columns.iter().zip(&words).filter(is_alike).map(|(column, _)| column).collect();
-        let meant = meant(column, own, first, &alike);
+        let is_same_kind = |(_, other): &(&SampledColumn, &Words)| own.is_like(other);
+        let same_kind =
+            || columns.iter().zip(&words).filter(is_same_kind).map(|(column, _)| column).collect();
+        let meant = meant(column, own, first, &same_kind);
         meant.filter(|_| !words.iter().any(|other| own.is_letter_and(other)))
     };
     let mut meant: Vec<_> = columns.iter().zip(&words).map(of).collect();
@@ -240,12 +241,12 @@ fn meaning_of(words: &Words) -> Option<&'static Meaning> {
     })
 }
 
-/// What a column means, of those that count rotors from `first` on; `alike` are those of the same name for all rotors.
+/// What a column means, of those that count rotors from `first` on; `same_kind` are those of the same name for all rotors.
 fn meant<'a>(
     column: &SampledColumn,
     words: &Words,
     first: usize,
-    alike: &dyn Fn() -> Vec<&'a SampledColumn>,
+    same_kind: &dyn Fn() -> Vec<&'a SampledColumn>,
 ) -> Option<GuessedColumn> {
     if let Some(known) = log_signal(&column.name) {
         return Some(guessed(column, column.name.clone(), known.unit, (1.0, 0.0), Certainty::Named));
@@ -266,7 +267,7 @@ fn meant<'a>(
         return None;
     }
     if meaning.signal == columns::ANY_COMMAND {
-        let (unit, scale, offset, is_named) = command::comes_in(words, &alike())?;
+        let (unit, scale, offset, is_named) = command::comes_in(words, &same_kind())?;
         let certainty = if is_named { Certainty::Named } else { Certainty::UnitGuessed };
         return Some(guessed(column, signal, unit, (scale, offset), certainty));
     }

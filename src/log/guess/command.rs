@@ -6,9 +6,12 @@ use crate::log::sniff::SampledColumn;
 use crate::log::thresholds::THRESHOLDS;
 use crate::signal::columns;
 
-/// Unit, factor and offset of a command, and whether its name says the unit; `alike` are the columns of the same name for all rotors, that come in one unit.
-pub(super) fn comes_in(words: &Words, alike: &[&SampledColumn]) -> Option<(&'static str, f64, f64, bool)> {
-    let values = || alike.iter().flat_map(|column| column.values.iter().copied());
+/// Unit, factor and offset of a command, and whether its name says the unit; `same_kind` are the columns of the same name for all rotors, that come in one unit.
+pub(super) fn comes_in(
+    words: &Words,
+    same_kind: &[&SampledColumn],
+) -> Option<(&'static str, f64, f64, bool)> {
+    let values = || same_kind.iter().flat_map(|column| column.values.iter().copied());
     let (low, high) = extremes(values());
     let pulse = ("-", 1e-3, -1.0);
     let dshot = ("-", 1.0 / 1999.0, -48.0 / 1999.0);

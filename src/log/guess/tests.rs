@@ -1,15 +1,16 @@
 use super::*;
 
+fn sampled(columns: &[(&str, &[f64])]) -> Vec<SampledColumn> {
+    let of = |(name, values): &(&str, &[f64])| SampledColumn {
+        name: (*name).to_owned(),
+        values: values.to_vec(),
+        ..SampledColumn::default()
+    };
+    columns.iter().map(of).collect()
+}
+
 fn guess_of(columns: &[(&str, &[f64])]) -> Vec<(String, String, Certainty)> {
-    let columns: Vec<SampledColumn> = columns
-        .iter()
-        .map(|(name, values)| SampledColumn {
-            name: (*name).to_owned(),
-            values: values.to_vec(),
-            ..SampledColumn::default()
-        })
-        .collect();
-    guess(&columns).into_iter().map(|it| (it.signal, it.unit, it.certainty)).collect()
+    guess(&sampled(columns)).into_iter().map(|it| (it.signal, it.unit, it.certainty)).collect()
 }
 
 fn is(found: &(String, String, Certainty), signal: &str, unit: &str, certainty: Certainty) {
@@ -306,19 +307,11 @@ fn a_unit_that_nobody_knows_is_not_replaced_by_another() {
     is(&speed("Speed (left)"), "propeller_rate_1_rad_s", "rad/s", Certainty::UnitGuessed);
 }
 
-/// A duty of 8 bits, as microcontrollers write it, is no DShot: that goes to 2047, and of all motors alike.
+/// A duty of 8 bits, as microcontrollers write it, is no DShot: that goes to 2047, and one unit holds for all motors.
 #[test]
 fn commands_up_to_255_are_of_8_bits() {
     let scale = |columns: &[(&str, &[f64])]| {
-        let columns: Vec<SampledColumn> = columns
-            .iter()
-            .map(|(name, values)| SampledColumn {
-                name: (*name).to_owned(),
-                values: values.to_vec(),
-                ..SampledColumn::default()
-            })
-            .collect();
-        guess(&columns).into_iter().map(|it| it.scale).collect::<Vec<_>>()
+        guess(&sampled(columns)).into_iter().map(|it| it.scale).collect::<Vec<_>>()
     };
     assert_eq!(scale(&[("PWM", &[0.0, 255.0])]), [1.0 / 255.0]);
     assert_eq!(scale(&[("leftCommand", &[0.0, 116.0]), ("rightCommand", &[36.0, 72.0])]), [1.0 / 255.0; 2]);
