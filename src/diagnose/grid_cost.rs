@@ -6,7 +6,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::normal_equations::{orthonormal, remove};
 use crate::estimation::output_error::OutputError;
 use crate::estimation::pseudo_huber::pseudo_huber;
-use crate::model::{Effect, Model};
+use crate::model::{Effect, LagPath, Model};
 
 /// Share of its typical size by which a number is moved to see what it takes up.
 const SLOPE_STEP: f64 = 1e-4;
@@ -27,6 +27,8 @@ pub(crate) struct GridCost<'a> {
     globals: Vec<f64>,
     locals: Vec<f64>,
     taken_up: Vec<Vec<f64>>,
+    /// Of the runs, where their rotors are lags: nothing that is looked at moves them.
+    paths: Vec<LagPath>,
     residuals: Vec<f64>,
     /// The number ahead of the grid, as the template has it.
     ahead: Option<f64>,
@@ -52,7 +54,9 @@ impl<'a> GridCost<'a> {
         let moves: Vec<(usize, f64)> = sizes.enumerate().map(|(at, size)| (at + 1, size)).collect();
         let taken_up = taken_up(&problem, &globals, &locals, &moves);
         let ahead = ahead.map(|_| globals[1]);
-        Self { residuals: vec![0.0; problem.len()], problem, globals, locals, taken_up, ahead, places }
+        let is_long = problem.len() > THRESHOLDS.most_searched_rows;
+        let paths = if is_long { Vec::new() } else { problem.lag_paths(&globals) };
+        Self { residuals: vec![0.0; problem.len()], problem, globals, locals, taken_up, paths, ahead, places }
     }
 
     /// Of a step, with the grid where it fits best.
@@ -90,7 +94,8 @@ impl<'a> GridCost<'a> {
     }
 
     fn cost(&mut self) -> f64 {
-        self.problem.residuals(&self.globals, &self.locals, &mut self.residuals);
+        let at = (self.globals.as_slice(), self.locals.as_slice());
+        self.problem.residuals_along(&self.paths, at, &mut self.residuals);
         remove(&self.taken_up, &mut self.residuals);
         pseudo_huber(&self.residuals, THRESHOLDS.grid_robust_width)
     }

@@ -14,7 +14,9 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{OutputError, UnitResiduals};
 use crate::estimation::unit_fit;
-use crate::model::{BodyInput, BodyTrace, Effect, Equations, LagInverse, Model, Remembered, RotorTrace};
+use crate::model::{
+    BodyInput, BodyTrace, Effect, Equations, LagInverse, LagPath, Model, Remembered, RotorTrace,
+};
 use crate::threads::spread_out;
 
 /// Windows of the body that are simulated on one core.
@@ -80,8 +82,42 @@ impl<'a> Problem<'a> {
         Some(rates.collect())
     }
 
+    /// The paths of the runs of rotors that are lags, for many numbers that move nothing but laws on the command; none where one is more.
+    pub(super) fn lag_paths(&self, globals: &[f64]) -> Vec<LagPath> {
+        let (Runs::Rotor(runs), Ok(equations)) = (&self.data.runs, self.model(globals).equations()) else {
+            return Vec::new();
+        };
+        let paths: Option<Vec<LagPath>> =
+            runs.iter().map(|run| rotor_block::lag_path(&equations, run)).collect();
+        paths.unwrap_or_default()
+    }
+
+    /// The residuals as along these paths; as ever where there are none.
+    pub(super) fn residuals_along(
+        &self,
+        paths: &[LagPath],
+        (globals, locals): (&[f64], &[f64]),
+        out: &mut [f64],
+    ) {
+        // The effects of the template were looked up before; an error here cannot happen, and would lose.
+        let Ok(equations) = self.model(globals).equations() else {
+            out.fill(f64::INFINITY);
+            return;
+        };
+        match &self.data.runs {
+            Runs::Rotor(runs) => self.rotor_residuals(&equations, (runs, paths), locals, out),
+            Runs::Body(runs) => self.body_residuals(&BodyUnits::new(self, equations, runs), locals, out),
+        }
+    }
+
     /// Runs that go on with each other one after another, others side by side.
-    fn rotor_residuals(&self, equations: &Equations, runs: &[RotorRun], locals: &[f64], out: &mut [f64]) {
+    fn rotor_residuals(
+        &self,
+        equations: &Equations,
+        (runs, paths): (&[RotorRun], &[LagPath]),
+        locals: &[f64],
+        out: &mut [f64],
+    ) {
         let mut unit = 0;
         let chains = runs.chunk_by(|before, next| (before.log, before.rotor) == (next.log, next.rotor));
         let chains = chains.map(|chain| {
@@ -102,7 +138,7 @@ impl<'a> Problem<'a> {
                 let rows = &self.data.units()[unit];
                 let out = &mut out[rows.start - start..rows.end - start];
                 let own = (self.local(locals, unit), self.data.sigma[0]);
-                end = Some(rotor_block::residuals(equations, run, before, own, out));
+                end = Some(rotor_block::residuals(equations, (run, paths.get(unit)), before, own, out));
             }
         });
     }
@@ -171,15 +207,7 @@ impl OutputError for Problem<'_> {
     }
 
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
-        // The effects of the template were looked up before; an error here cannot happen, and would lose.
-        let Ok(equations) = self.model(globals).equations() else {
-            out.fill(f64::INFINITY);
-            return;
-        };
-        match &self.data.runs {
-            Runs::Rotor(runs) => self.rotor_residuals(&equations, runs, locals, out),
-            Runs::Body(runs) => self.body_residuals(&BodyUnits::new(self, equations, runs), locals, out),
-        }
+        self.residuals_along(&[], (globals, locals), out);
     }
 
     fn local_scale(&self, index: usize) -> f64 {

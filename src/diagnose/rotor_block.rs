@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::log::Cells;
-use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
+use crate::model::{Equations, LagPath, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
 use crate::screening::rotor_data::is_one_delay;
 use crate::signal::{columns, side};
@@ -182,15 +182,28 @@ fn start(run: &RotorRun, before: Option<Remembered>, locals: &[f64]) -> RotorSta
     }
 }
 
-/// Simulates one run the same way, and writes its residuals over their standard deviation; what the next one remembers of it.
-pub fn residuals(
+/// The path of one run; `None` where its rotor is more than a first-order lag.
+pub(crate) fn lag_path(equations: &Equations, run: &RotorRun) -> Option<LagPath> {
+    equations.lag_path(&run.input(), &start(run, None, &[]))
+}
+
+/// Simulates one run the same way, along its path where that is known, and writes its residuals over their standard deviation; what the
+/// next one remembers of it.
+pub(crate) fn residuals(
     equations: &Equations,
-    run: &RotorRun,
+    (run, path): (&RotorRun, Option<&LagPath>),
     before: Option<Remembered>,
     (locals, sigma): (&[f64], f64),
     out: &mut [f64],
 ) -> Remembered {
-    let end = equations.rotor_readings(&run.input(), &start(run, before, locals), out);
+    let start = start(run, before, locals);
+    let end = match path {
+        Some(path) => {
+            equations.readings_along(path, &start, out);
+            Remembered::default()
+        }
+        None => equations.rotor_readings(&run.input(), &start, out),
+    };
     for ((value, measured), counts) in out.iter_mut().zip(run.measured.iter()).zip(&run.counts) {
         *value = if *counts && measured.is_finite() { (measured - *value) / sigma } else { 0.0 };
     }

@@ -198,7 +198,17 @@ pub fn sum_of_squares(values: &[f64]) -> f64 {
 }
 
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    // Sums side by side: each addition of a single one would wait for the one before.
+    let mut sums = [0.0; 4];
+    let (whole, rest) = a.as_chunks::<4>();
+    let (other, other_rest) = b.as_chunks::<4>();
+    for (a, b) in whole.iter().zip(other) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = rest.iter().zip(other_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// An orthonormal basis of the columns over a unit (Gram-Schmidt; once more takes away what rounding left).

@@ -65,7 +65,7 @@ impl Equations {
         let mut strides = Strides::of(self);
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
-        let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
+        let arrival = self.arrival(input);
         let wants_squares = trace.wants_squares();
         for row in 0..input.time.len() {
             cancel::check_at(row);
@@ -80,11 +80,8 @@ impl Equations {
             let mut from = *now;
             let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
-                delayed = self.in_force(input, delayed, Some(from));
-                let change =
-                    input.since().get(delayed + 1).map_or(*next, |change| change + self.command_delay);
-                let waits = start.rate.filter(|_| start.is_first && from < arrival);
-                let to = if waits.is_some() { arrival } else { change }.min(*next);
+                let waits = start.rate.filter(|_| start.waits(from, arrival));
+                let to = self.held_until(input, &mut delayed, (from, *next), waits.map(|_| arrival));
                 if self.hold_rotor(&mut point, input, (delayed, row)).is_none() {
                     return;
                 }
@@ -155,6 +152,27 @@ impl Equations {
             row += 1;
         }
         row
+    }
+
+    /// [s] when the first command of a run arrives.
+    #[inline]
+    pub(super) fn arrival(&self, input: &RotorInput) -> f64 {
+        input.time.first().map_or(0.0, |first| first + self.command_delay)
+    }
+
+    /// [s] until when the command that is in force `from` some time on stays so within its row, or until it `arrives`; `row` becomes the
+    /// row of that command.
+    #[inline]
+    pub(super) fn held_until(
+        &self,
+        input: &RotorInput,
+        row: &mut usize,
+        (from, next): (f64, f64),
+        arrives: Option<f64>,
+    ) -> f64 {
+        *row = self.in_force(input, *row, Some(from));
+        let change = || input.since().get(*row + 1).map_or(next, |change| change + self.command_delay);
+        arrives.unwrap_or_else(change).min(next)
     }
 
     /// Goes through a `span` [s] of held inputs; the integral of the rate over it, where that is wanted.

@@ -39,6 +39,14 @@ pub struct RotorStart {
     pub is_first: bool,
 }
 
+impl RotorStart {
+    /// Whether a rotor goes on as it is found at a time [s] before the first command has arrived.
+    #[inline]
+    pub(super) fn waits(&self, at: f64, arrival: f64) -> bool {
+        self.is_first && self.rate.is_some() && at < arrival
+    }
+}
+
 /// States of laws with memory at the end of a stretch, and how long ago that was: heat and the level of a relay outlive a hole in the
 /// log, a filter's state does not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
