@@ -195,6 +195,7 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
 }
 
 /// The simplest degree among those whose curve rises over the commands that were logged, where there is one: no rotor turns slower for more.
+/// Where its curve falls beyond them, the simplest that does as well and rises over all commands: a model is asked for those, too.
 pub(crate) fn simplest_rising(
     scores: &[DegreeScore],
     blocks: &[Vec<f64>],
@@ -203,7 +204,14 @@ pub(crate) fn simplest_rising(
     let both = scores.iter().zip(blocks).filter(|(score, _)| falls(&score.coefficients, range).is_none());
     let (rising, own): (Vec<DegreeScore>, Vec<Vec<f64>>) =
         both.map(|(score, blocks)| (score.clone(), blocks.clone())).unzip();
-    simplest(&rising, &own).or_else(|| simplest(scores, blocks))
+    let chosen = simplest(&rising, &own).or_else(|| simplest(scores, blocks))?;
+    let falls_beyond = |score: &DegreeScore| falls(&score.coefficients, THRESHOLDS.all_commands).is_some();
+    let own = scores.iter().find(|score| score.degree == chosen).filter(|score| falls_beyond(score));
+    let does_as_well = |score: &&DegreeScore, own: &DegreeScore| {
+        score.held_out.powi(2) <= (1.0 + THRESHOLDS.hardly_better_degree) * own.held_out.powi(2)
+    };
+    let instead = own.and_then(|own| rising.iter().find(|it| does_as_well(it, own) && !falls_beyond(it)));
+    Some(instead.map_or(chosen, |score| score.degree))
 }
 
 /// [-] the commands between which a curve of these coefficients falls, of those in `range`.
@@ -316,6 +324,25 @@ mod tests {
             falls(&scores[1].coefficients, (0.1, 1.0)).expect("it falls from its top at 0.75 on");
         assert!((from - 0.75).abs() < 0.01 && to == 1.0, "{from} {to}");
         assert_eq!(simplest_rising(&scores[1..], &blocks[1..], (0.1, 1.0)), Some(2), "no other is there");
+    }
+
+    /// Over a narrow range a higher degree may gain a hair by turning down beyond it.
+    #[test]
+    fn of_curves_that_do_as_well_one_that_rises_over_all_commands_is_chosen() {
+        let score = |held_out: f64, coefficients: &[f64]| DegreeScore {
+            degree: coefficients.len(),
+            train: held_out,
+            held_out,
+            coefficients: coefficients.to_vec(),
+        };
+        let chosen = |of_straight: f64| {
+            let scores = [score(of_straight, &[1_000.0, 340.0]), score(2.0, &[800.0, 1_500.0, -1_600.0])];
+            // Plainly better in each block, by however little.
+            let blocks = [vec![of_straight.powi(2); 8], vec![4.0; 8]];
+            simplest_rising(&scores, &blocks, (0.3, 0.5))
+        };
+        assert_eq!(chosen(2.005), Some(2), "half a percent of the squares");
+        assert_eq!(chosen(2.1), Some(3), "a tenth of them");
     }
 
     /// Squared errors of three degrees in eight blocks: what the lowest leaves in its last block, and the middle one everywhere.

@@ -126,6 +126,11 @@ crate::thresholds! {
     curve_blocks: usize = 40, "count", "judgement";
     /// times the best degree's held-out squared error that a lower one may leave.
     degree_squares: f64 = 1.5, "-", "public logs of a nanodrone: 1.8 moved the pole by a fifth";
+    /// share of the held-out squared error by which a higher degree that falls beyond the logged commands is hardly better than a lower one
+    /// that rises over all of them.
+    hardly_better_degree: f64 = 0.01, "-", "judgement: a tenth of the noise; a curve over 0.4 to 0.6 of the command gained 0.3 % by turning down beyond";
+    /// all commands.
+    all_commands: (f64, f64) = (0.0, 1.0), "-", "the range of a command";
     /// standard errors of the held-out difference from which a higher degree is better; with 1 it was too high one time in twenty.
     degree_errors: f64 = 2.0, "standard errors", "emulated benches";
     /// steady rows from which a curve may be fitted.
