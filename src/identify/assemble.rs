@@ -3,6 +3,7 @@
 use super::consistency::unexplained;
 use super::inputs::rotor_logs;
 use super::lag_order::dead_time_effect;
+use super::missed_level::missed_level;
 use super::result::Identification;
 use super::rotor_error::rotor_error;
 use super::steady_rows::HIGHEST_DEGREE;
@@ -216,13 +217,14 @@ fn seen_rows(log: &ScreenedLog) -> SeenRows {
     }
 }
 
-/// The rotors whose commands step, or that are far off, that their runs under the model do not follow.
+/// The rotors whose commands step, or that are far off, that their runs under the model do not follow; of the others the levels that they
+/// miss.
 fn not_explained<'a>(rotors: impl Iterator<Item = &'a RotorLog>, runs: &[&Validation]) -> Vec<Finding> {
     let of = |rotor: &RotorLog| runs.iter().find(|run| run.source == rotor.source()).copied();
     let is_excited =
         |rotor: &RotorLog, run: &Validation| rotor.jumps().len() >= FEWEST_JUMPS || run.is_far_off();
     let asked = rotors.filter_map(|rotor| Some((rotor, of(rotor).filter(|run| is_excited(rotor, run))?)));
-    asked.filter_map(|(rotor, run)| unexplained(rotor, run)).collect()
+    asked.filter_map(|(rotor, run)| unexplained(rotor, run).or_else(|| missed_level(rotor, run))).collect()
 }
 
 /// From z to the measured rate, [rad/s] both.

@@ -28,6 +28,7 @@ mod inputs;
 mod interval_coverage;
 mod joint_fit;
 mod lag_order;
+mod missed_level;
 mod mistaken_columns;
 mod omitted_torque;
 pub(crate) mod pipeline;

@@ -131,6 +131,18 @@ crate::thresholds! {
     hardly_better_degree: f64 = 0.01, "-", "judgement: a tenth of the noise; a curve over 0.4 to 0.6 of the command gained 0.3 % by turning down beyond";
     /// all commands.
     all_commands: (f64, f64) = (0.0, 1.0), "-", "the range of a command";
+    /// time for which a command is held, at least, to ask whether the rates settle where the model says.
+    shortest_held: f64 = 1.0, "s", "judgement";
+    /// difference within which two commands are one level.
+    same_level: f64 = 1e-3, "-", "judgement: half a step of a command of 9 bits";
+    /// readings in the second half of a hold from which on their median says where the rates settle.
+    fewest_settled: usize = 8, "count", "judgement";
+    /// readings of a hold that count as independent, at most: what wanders slowly is no level.
+    independent_settled: f64 = 10.0, "count", "judgement";
+    /// share of a rate by which a model that misses it is wrong there, whatever the noise.
+    missed_level_share: f64 = 0.05, "-", "judgement: effects of the catalogue move a level by less, most of them";
+    /// standard errors of a settled rate by which a model misses it.
+    missed_level_errors: f64 = 5.0, "standard errors", "normal distribution, over many levels";
     /// standard errors of the held-out difference from which a higher degree is better; with 1 it was too high one time in twenty.
     degree_errors: f64 = 2.0, "standard errors", "emulated benches";
     /// steady rows from which a curve may be fitted.

@@ -343,6 +343,25 @@ fn a_fit_that_explains_little_is_found() {
     assert!(finding(&found, "rates_unexplained").is_some(), "{:?}", found.findings);
 }
 
+/// A straight line through a bent curve leaves little of all steps, and is off at each level; the bent one is not.
+#[test]
+fn levels_that_the_model_misses_are_found() {
+    let stairs = |t: f64| 0.25 + 0.1 * f64::from((t / 3.0) as u32 % 5);
+    let log = moving(stairs, 6000);
+    let bent = with(&log, RATE, |_, rate| 600.0 * (rate / 600.0).powf(0.75));
+    let straight = IdentifySettings { degree: Some(1), ..IdentifySettings::default() };
+    let missing = found(&bent, &straight);
+    let missed = finding(&missing, "levels_missed").expect("found").clone();
+    assert!((missed.number("command") - 0.25).abs() < 1e-9, "{missed}");
+    let share = missed.number("modelled_rad_s") / missed.number("measured_rad_s");
+    assert!((0.8..0.95).contains(&share), "a line from 0 lies below: {missed}");
+    for good in
+        [found(&log, &quadratic()), found(&bent, &IdentifySettings { degree: Some(4), ..quadratic() })]
+    {
+        assert!(finding(&good, "levels_missed").is_none(), "{:?}", good.findings);
+    }
+}
+
 /// The same on ramps, which step nowhere: it stands above all numbers, and not over a level, whose rate is all noise.
 #[test]
 fn ramps_that_are_explained_little_are_found_and_said_first() {

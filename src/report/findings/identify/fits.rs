@@ -93,6 +93,17 @@ fn of_residuals(finding: &Finding) -> Option<String> {
             n("rms_rad_s"),
             n("fit_percent")
         ),
+        "levels_missed" => format!(
+            "held at {:.3} the rates settle at {:.1} rad/s, and the model says {:.1}{}: another `--degree` of g(u), outliers that bent it, or \
+             something is missing (`diagnose`)",
+            n("command"),
+            n("measured_rad_s"),
+            n("modelled_rad_s"),
+            match finding.count("levels") {
+                0 | 1 => String::new(),
+                levels => format!(", the worst of {levels} levels that it misses by more than a twentieth"),
+            }
+        ),
         "ramps_too_fast" | "ramps_too_fast_joint_used" => format!(
             "the ramps are too fast for Eq. (4): at {:.3} 1/s the rate lags {:.0} ms, an error of {:.1} rad/s; {}",
             n("slope_per_s"),

@@ -1,0 +1,85 @@
+//! Levels that the model misses: held commands at which the rates settle elsewhere than it says. A fit over outliers and dropouts, or of
+//! too low a degree, may leave an error that looks like noise, and be off at each level.
+
+use std::ops::Range;
+
+use super::thresholds::THRESHOLDS;
+use super::validate::Validation;
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
+use crate::screening::Finding;
+use crate::screening::rotor_data::RotorLog;
+
+/// What was read behind the middle of a held command.
+#[derive(Debug, Clone, Copy)]
+struct Settled {
+    command: f64,
+    /// [rad/s] median of what was measured, and of what the model says.
+    measured: f64,
+    modelled: f64,
+    /// [rad/s] standard error of the first.
+    error: f64,
+}
+
+impl Settled {
+    /// Share of the measured rate by which the model says less.
+    fn miss(&self) -> f64 {
+        1.0 - self.modelled / self.measured
+    }
+
+    fn is_missed(&self) -> bool {
+        let miss = (self.measured - self.modelled).abs();
+        miss > THRESHOLDS.missed_level_share * self.measured.abs()
+            && miss > THRESHOLDS.missed_level_errors * self.error
+    }
+}
+
+/// The command at which the free run `run` of a rotor misses the rates most, where it does so each time that command is held.
+pub(crate) fn missed_level(rotor: &RotorLog, run: &Validation) -> Option<Finding> {
+    let mut levels: Vec<Settled> = holds(rotor).iter().filter_map(|rows| settled(rotor, rows, run)).collect();
+    levels.sort_by(|a, b| a.command.total_cmp(&b.command));
+    let same = |a: &Settled, b: &Settled| b.command - a.command <= THRESHOLDS.same_level;
+    let is_missed = |times: &&[Settled]| {
+        let to_one_side = times.iter().all(|it| it.miss() > 0.0) || times.iter().all(|it| it.miss() < 0.0);
+        to_one_side && times.iter().all(Settled::is_missed)
+    };
+    let missed: Vec<&[Settled]> = levels.chunk_by(same).filter(is_missed).collect();
+    let worst = missed.iter().flat_map(|times| times.iter());
+    let worst = worst.max_by(|a, b| a.miss().abs().total_cmp(&b.miss().abs()))?;
+    let found = rotor.finding("levels_missed").with("levels", missed.len()).with("command", worst.command);
+    Some(found.with("measured_rad_s", worst.measured).with("modelled_rad_s", worst.modelled))
+}
+
+/// Rows over which a command that turns the rotor is held.
+fn holds(rotor: &RotorLog) -> Vec<Range<usize>> {
+    let mut holds = Vec::new();
+    for stretch in rotor.stretches.iter().filter(|_| !rotor.rows_are_levels()) {
+        let mut from = stretch.start;
+        for row in stretch.clone() {
+            let is_last = row + 1 == stretch.end;
+            if is_last || (rotor.command[row + 1] - rotor.command[from]).abs() > THRESHOLDS.same_level {
+                if rotor.time[row] - rotor.time[from] >= THRESHOLDS.shortest_held {
+                    holds.push(from..row + 1);
+                }
+                from = row + 1;
+            }
+        }
+    }
+    holds
+}
+
+/// What was read in the second half of a hold; `None` of too little.
+fn settled(rotor: &RotorLog, rows: &Range<usize>, run: &Validation) -> Option<Settled> {
+    let (from, to) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
+    let place = |time: f64| run.traces.partition_point(|trace| trace.0 < time);
+    let traces = run.traces.get(place(0.5 * (from + to))..place(to))?;
+    if traces.len() < THRESHOLDS.fewest_settled {
+        return None;
+    }
+    let measured = median(traces.iter().map(|trace| trace.1))?;
+    let modelled = median(traces.iter().map(|trace| trace.2))?;
+    let scatter = median(traces.iter().map(|trace| (trace.1 - measured).abs()))? / MEDIAN_OF_NORMAL;
+    // Of a median, as if readings of a tenth of a hold were one.
+    let error = 1.25 * scatter / (traces.len() as f64).min(THRESHOLDS.independent_settled).sqrt();
+    let turns = measured > 0.0 && modelled.is_finite();
+    turns.then_some(Settled { command: rotor.command[rows.start], measured, modelled, error })
+}
