@@ -102,14 +102,15 @@ impl Work<'_> {
         }
     }
 
-    /// How many jumps the best log has, how many of them a hole hides, and how many may be used.
+    /// How many jumps the best log has, how many of them a hole hides, how many may be used, and how often a rotor started from standstill.
     fn too_few_jumps(&self) -> Finding {
         let runs = self.rotors.iter().filter(|rotor| !rotor.rows_are_levels());
         let best = runs.max_by_key(|rotor| rotor.jumps().len());
         let (jumps, hidden) = best.map_or((0, 0), RotorLog::all_jumps);
         let why = Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
         let why = why.with("jumps", jumps).with("jumps_at_holes", hidden);
-        why.with("jumps_usable", best.map_or(0, |rotor| rotor.jumps().len()))
+        let why = why.with("jumps_usable", best.map_or(0, |rotor| rotor.jumps().len()));
+        why.with("starts", self.rotors.iter().map(|rotor| rotor.starts().len()).sum::<usize>())
     }
 
     pub(crate) fn joint(&mut self) {

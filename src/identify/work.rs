@@ -49,6 +49,13 @@ pub(crate) struct Work<'a> {
     pub no_body: Vec<Finding>,
 }
 
+/// Logs of a step or two each, as a lab makes them, that show together what none shows alone.
+fn excited_together<'a>(rotors: impl Iterator<Item = &'a RotorLog>) -> Vec<RotorLog> {
+    let stepped: Vec<&RotorLog> = rotors.filter(|rotor| !rotor.jumps().is_empty()).collect();
+    let jumps: usize = stepped.iter().map(|rotor| rotor.jumps().len()).sum();
+    if jumps < FEWEST_JUMPS { Vec::new() } else { stepped.into_iter().cloned().collect() }
+}
+
 impl<'a> Work<'a> {
     pub fn new(logs: &[ScreenedLog], settings: &'a IdentifySettings, mut warnings: Vec<Finding>) -> Self {
         let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings);
@@ -68,7 +75,10 @@ impl<'a> Work<'a> {
             rotor.jumps().len() >= FEWEST_JUMPS
                 || (may_move(rotor) && is_excited(rotor, template.full_voltage))
         };
-        let excited: Vec<RotorLog> = rotors.iter().filter(follows).filter(is_excited).cloned().collect();
+        let mut excited: Vec<RotorLog> = rotors.iter().filter(follows).filter(is_excited).cloned().collect();
+        if excited.is_empty() {
+            excited = excited_together(rotors.iter().filter(follows));
+        }
         Self {
             settings,
             rotors,

@@ -44,6 +44,21 @@ fn section_three_of_the_paper_comes_out() {
     assert!(found.validation[0].rms < 1.6 && found.validation[0].rms_percent < 0.4);
 }
 
+/// A lab records a step a log: together they show the pole, and one of them alone does not.
+#[test]
+fn logs_of_one_step_each_show_the_pole_together() {
+    let one = |number: usize| {
+        let levels = vec![0.46, [0.36, 0.58][number % 2]];
+        run(&bench(40 + number as u64), Waveform::Constant { levels, hold_s: 6.0 }, &format!("step {number}"))
+    };
+    let logs: Vec<_> = (0..9).map(one).collect();
+    let found = identify(&screened(&logs), &[], &IdentifySettings::default()).expect("identified");
+    let pole = found.joint.expect("nine steps").pole;
+    assert!(pole.distance(16.0) < 3.0, "{pole:?}");
+    let found = identify(&screened(&logs[..3]), &[], &IdentifySettings::default());
+    assert!(found.is_err() || found.is_ok_and(|found| found.joint.is_none()), "three steps are too few");
+}
+
 /// `tools/test --all` runs it.
 mod at_length {
     use super::*;

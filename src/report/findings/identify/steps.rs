@@ -83,14 +83,7 @@ fn not_done(finding: &Finding) -> Option<String> {
             settled_between(finding),
             digits(finding.number("needed_hz"), 2)
         ),
-        "too_few_jumps" => format!(
-            "{} of the command in the best log, {} of them at a hole in the rows, {} usable; {} are needed: steps or a PRBS \
-             excite the pole",
-            counted(finding.count("jumps"), "jump"),
-            finding.count("jumps_at_holes"),
-            finding.count("jumps_usable"),
-            finding.count("jumps_needed")
-        ),
+        "too_few_jumps" => too_few_jumps(finding),
         "too_few_samples" => format!(
             "only {} usable samples of command and rate, {} are the least",
             finding.count("samples"),
@@ -113,4 +106,23 @@ fn not_done(finding: &Finding) -> Option<String> {
         "no_torque_moves_body" => "no log in which a torque moves the body".to_owned(),
         _ => return None,
     })
+}
+
+fn too_few_jumps(finding: &Finding) -> String {
+    let starts = match finding.count("starts") {
+        0 => String::new(),
+        starts => format!(
+            "; {} from standstill {} not: record steps between commands at which the rotor turns",
+            counted(starts, "start"),
+            if starts == 1 { "does" } else { "do" }
+        ),
+    };
+    format!(
+        "{} of the command in the best log, {} of them at a hole in the rows, {} usable; {} are needed, in all logs together: steps or \
+         a PRBS excite the pole{starts}",
+        counted(finding.count("jumps"), "jump"),
+        finding.count("jumps_at_holes"),
+        finding.count("jumps_usable"),
+        finding.count("jumps_needed")
+    )
 }
