@@ -95,13 +95,14 @@ impl Diagnosis {
 
     /// The same, with another number in the model.
     pub(crate) fn with_changed(self, name: &str, from: f64, to: f64) -> Self {
+        let (unit, symbol) = Model::base_parameter_unit(name);
         let changed = ChangedParameter {
             name: name.to_owned(),
-            symbol: String::new(),
+            symbol: symbol.to_owned(),
             from,
             to,
             standard_error: None,
-            unit: String::new(),
+            unit: unit.to_owned(),
         };
         Self { changed_parameters: vec![changed], ..self }
     }

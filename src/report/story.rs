@@ -24,6 +24,8 @@ use crate::screening::Finding;
 /// Candidates that a short answer shows beside those that are named, and where none is.
 const SHOWN_BESIDE: usize = 2;
 const SHOWN_OF_NONE: usize = 6;
+/// So many changed numbers stand on lines of their own in a short answer.
+const MOST_CHANGED_LINES: usize = 3;
 
 /// `value ± error unit`; a bare number carries no unit.
 pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
@@ -42,6 +44,7 @@ fn card<'a>(
     id: &str,
     base: (&Model, bool),
     parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)> + Clone,
+    not_known: &[&str],
 ) -> String {
     let card = find(id);
     let (equation, meaning) = match (card, base.0.user_effect(id)) {
@@ -61,18 +64,19 @@ fn card<'a>(
         let symbol = card
             .and_then(|card| card.parameters.iter().find(|parameter| parameter.name == bare))
             .map_or(String::new(), |parameter| format!(" ({})", parameter.symbol));
-        let _ = writeln!(
-            out,
-            "    {bare}{symbol} = {}",
-            measured(found.value, found.standard_error, &found.unit)
-        );
+        let value = measured(found.value, found.standard_error, &found.unit);
+        let doubt = if not_known.contains(&name.as_str()) { NOT_KNOWN } else { "" };
+        let _ = writeln!(out, "    {bare}{symbol} = {value}{doubt}");
     }
     out
 }
 
+/// Behind a number whose effect is there, and whose size these logs do not tell.
+const NOT_KNOWN: &str = ", so how large is not known";
+
 /// The equation and the meaning of an effect.
 pub(super) fn effect_card(id: &str, model: &Model) -> String {
-    card(id, (model, false), std::iter::empty())
+    card(id, (model, false), std::iter::empty(), &[])
 }
 
 /// `least to greatest unit`, or one number where both are the same in what is shown.
@@ -95,8 +99,8 @@ pub(super) fn errors(error: &ErrorSummary) -> String {
 }
 
 /// Why the refitted baseline may do worse than the nominal one on what was held out.
-pub(super) const REFITTED_WORSE: &str = "Refitted on one part of the data and validated on another the model does worse than as \
-it is: the parts ask for different numbers, or its own came from these very data.";
+pub(super) const REFITTED_WORSE: &str = "Refitted on one part and validated on another it does worse than as it is: the parts ask \
+for other numbers, or its own came from these very data.";
 
 /// The errors of the model as it is, refitted and extended, beside the noise floor.
 pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]) -> TextTable {
@@ -159,8 +163,8 @@ fn candidates(diagnosis: &Diagnosis, detail: Detail) -> String {
         ]);
     }
     let head = format!(
-        "Held-out error with one effect alone (refitted without any: {} {unit}), and how often a meaningless one does as well alone \
-         (the p-value; of a set that is named, the set decides)",
+        "Held-out error with one effect alone (refitted without any: {} {unit}); p-value: how often a meaningless one does as well \
+         alone",
         number(diagnosis.error.refitted.validate, 4)
     );
     let table = table.text();
@@ -207,12 +211,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep], detail: Detail) -> St
     }
     let moved = moves_voltage_gain(diagnosis.changed_parameters.iter().map(|changed| &changed.name));
     for id in &diagnosis.effects {
-        out += &card(id, (&diagnosis.model, moved), diagnosis.parameters.iter());
+        out += &card(id, (&diagnosis.model, moved), diagnosis.parameters.iter(), &not_known(diagnosis));
     }
-    for changed in &diagnosis.changed_parameters {
-        let to = measured(changed.to, changed.standard_error, &changed.unit);
-        let _ = writeln!(out, "  {} ({}): {} -> {to}", changed.name, changed.symbol, number(changed.from, 5));
-    }
+    out += &changed_numbers(diagnosis, detail);
     if let Some(reservation) = verdict::reservation(diagnosis) {
         out += &wrapped("  ", reservation);
     }
@@ -231,7 +232,33 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep], detail: Detail) -> St
             None => out += &wrapped("Next: ", &step.words.replace('`', "")),
         }
     }
-    out + &notes::lines(&notes::of_all(verdict::notes(diagnosis)), "Note: ", detail)
+    // What stands behind a number already is not said again.
+    let is_new = |finding: &&Finding| detail == Detail::Every || finding.code != PARAMETER_NOT_KNOWN;
+    out + &notes::lines(&notes::of_all(verdict::notes(diagnosis).filter(is_new)), "Note: ", detail)
+}
+
+/// Code of the finding that a number is not known.
+const PARAMETER_NOT_KNOWN: &str = "parameter_not_known";
+
+/// The numbers of effects that are not known.
+fn not_known(diagnosis: &Diagnosis) -> Vec<&str> {
+    let findings = diagnosis.findings.iter().filter(|finding| finding.code == PARAMETER_NOT_KNOWN);
+    findings.map(|finding| finding.subject.as_str()).collect()
+}
+
+/// The base's own numbers that have changed, a line each; of a short answer with many in a few lines, by their symbols.
+fn changed_numbers(diagnosis: &Diagnosis, detail: Detail) -> String {
+    let changed = &diagnosis.changed_parameters;
+    let is_short = detail == Detail::Short && changed.len() > MOST_CHANGED_LINES;
+    let each = changed.iter().map(|it| {
+        let to = measured(it.to, it.standard_error, &it.unit);
+        let name = if is_short { it.symbol.clone() } else { format!("{} ({}):", it.name, it.symbol) };
+        format!("{name} {} -> {to}", number(it.from, 5))
+    });
+    if is_short {
+        return wrapped("  ", &format!("its own numbers: {}", each.collect::<Vec<_>>().join(", ")));
+    }
+    each.map(|line| format!("  {line}\n")).collect()
 }
 
 /// The blocks in which the model fails. Of one alone it goes without saying that all of the error is in it.
@@ -266,7 +293,7 @@ pub fn extension(extension: &Extension, added: &[String]) -> String {
     let changes = model.last_changes();
     let moved = moves_voltage_gain(changes.iter().map(|changed| &changed.name));
     for id in added {
-        out += &card(id, (model, moved), found.iter().map(|(name, found)| (name, found)));
+        out += &card(id, (model, moved), found.iter().map(|(name, found)| (name, found)), &[]);
     }
     for changed in changes {
         let (unit, symbol) = Model::base_parameter_unit(&changed.name);
@@ -343,6 +370,22 @@ mod tests {
         said.effects = vec!["effect_4".to_owned()];
         let short = candidates(&said, Detail::Short);
         assert!(short.contains("effect_4") && short.contains("12 more"), "{short}");
+    }
+
+    #[test]
+    fn many_changed_numbers_stand_in_a_few_lines_of_a_short_answer() {
+        let few = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed("pole", 16.0, 12.0);
+        let line = "  pole (p): 16.000 -> 12.000 rad/s\n";
+        assert_eq!(changed_numbers(&few, Detail::Short), line);
+        let mut many = few.clone();
+        for name in ["voltage_gain", "steady_rate_linear", "steady_rate_quadratic"] {
+            let said = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed(name, 40.0, 42.0);
+            many.changed_parameters.extend(said.changed_parameters);
+        }
+        assert_eq!(changed_numbers(&many, Detail::Every).lines().count(), 4);
+        let short = changed_numbers(&many, Detail::Short);
+        assert!(short.starts_with("  its own numbers: p 16.000 -> 12.000 rad/s, "), "{short}");
+        assert!(short.lines().count() < 4 && short.lines().all(|line| line.chars().count() <= 80), "{short}");
     }
 
     #[test]
