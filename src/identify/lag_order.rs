@@ -196,4 +196,21 @@ mod tests {
         let record = two_poles(16.0, 40_000.0);
         assert!(!second_order(&variable_projection::fit(&record).unwrap(), &record, 0.0).unwrap().needed);
     }
+
+    /// Where little moves, the lag beside a dead time may take hours: no rotor's.
+    #[test]
+    fn an_alternative_whose_lag_is_no_rotors_is_none() {
+        let beside = |pole: f64, residual_rms: f64| LagAlternative {
+            effect: "transport_delay",
+            term: Term::DeadTime,
+            time: Estimate { value: 0.01, standard_error: 0.001 },
+            pole,
+            residual_rms,
+            needed: false,
+            clear: false,
+        };
+        assert!(is_of_rotor(&beside(16.0, 1.5)));
+        assert!(!is_of_rotor(&beside(0.9 * THRESHOLDS.slowest_pole, 1.5)));
+        assert!(!is_of_rotor(&beside(f64::NAN, 1.5)) && !is_of_rotor(&beside(16.0, f64::NAN)));
+    }
 }
