@@ -16,6 +16,18 @@ pub(super) struct RotorState {
     pub(super) sensor: [f64; MOST_STATES],
 }
 
+impl RotorState {
+    /// Whether nothing has moved since, but for rounding.
+    fn rests_at(&self, before: &Self) -> bool {
+        let stays = |now: f64, before: f64| (now - before).abs() <= THRESHOLDS.rests_within * now.abs();
+        let all =
+            |now: &[f64], before: &[f64]| now.iter().zip(before).all(|(now, before)| stays(*now, *before));
+        stays(self.rate, before.rate)
+            && all(&self.steady, &before.steady)
+            && all(&self.sensor, &before.sensor)
+    }
+}
+
 impl Equations {
     /// Runs a rotor freely over its inputs.
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
@@ -295,21 +307,24 @@ impl Equations {
         let (step, held) = (stride.step, point.steady_rate);
         let wants_mean = wants_mean || !self.rotor_sensor.is_empty();
         let mut turned = 0.0;
-        for _ in 0..stride.count {
-            let before = state.rate;
+        for left in (0..stride.count).rev() {
+            let (before, all_before) = (state.rate, if stride.may_rest() { Some(*state) } else { None });
             point.propeller_rate = before;
             let z = self.steady_over(state, point, held, stride);
             state.rate = self.accelerate(before, point, z, stride);
-            if !wants_mean {
-                continue;
+            if wants_mean {
+                // The slopes at both ends bend the straight line: the pole is what bends it most.
+                let bend = self.pole * ((z[0] - before) - (z[2] - state.rate));
+                let mean = 0.5 * (before + state.rate) + step * bend * (1.0 / 12.0);
+                turned += step * mean;
+                if !self.rotor_sensor.is_empty() {
+                    (point.propeller_rate, point.steady_rate) = (mean, held);
+                    self.advance_sensor(state, point, &stride.sensor);
+                }
             }
-            // The slopes at both ends bend the straight line: the pole is what bends it most.
-            let bend = self.pole * ((z[0] - before) - (z[2] - state.rate));
-            let mean = 0.5 * (before + state.rate) + step * bend * (1.0 / 12.0);
-            turned += step * mean;
-            if !self.rotor_sensor.is_empty() {
-                (point.propeller_rate, point.steady_rate) = (mean, held);
-                self.advance_sensor(state, point, &stride.sensor);
+            if all_before.is_some_and(|before| state.rests_at(&before)) {
+                // What has settled stays so until something else is commanded.
+                return turned + left as f64 * step * state.rate;
             }
         }
         turned

@@ -36,6 +36,12 @@ impl Stride {
         sensor: [0.0; MOST_STATES],
     };
 
+    /// Whether it is long enough for a rotor to come to rest in it, so that asking for that pays.
+    #[inline]
+    pub(super) fn may_rest(&self) -> bool {
+        self.count >= THRESHOLDS.steps_to_rest
+    }
+
     /// Whether it is that of a span [s].
     fn is_of(&self, span: f64) -> bool {
         (self.span - span).abs() <= SAME_SPAN * span

@@ -15,6 +15,10 @@ crate::thresholds! {
     step_share: f64 = 0.35, "-", "judgement";
     /// a state of a rotor that reaches its steady state within a step this short needs no finer one.
     shortest_step_s: f64 = 2.5e-3, "s", "judgement";
+    /// steps between two changes of what a rotor is given from which on it is asked whether it has settled.
+    steps_to_rest: usize = 6, "count", "judgement (time of computing)";
+    /// share of a state by which it moves in a step that is no motion any more.
+    rests_within: f64 = 1e-12, "-", "a derivative's step moves it by a millionth";
     /// steps between two rows of a ramp that telemetry follows.
     ramp_steps: usize = 8, "count", "judgement";
     /// step in which a sensor's memory follows a rate that rises in a straight line.

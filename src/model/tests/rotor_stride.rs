@@ -137,3 +137,28 @@ fn a_rotor_run_beside_a_bench_turns_as_the_one_over_its_log() {
         }
     }
 }
+
+/// A row that lasts longer than a rotor takes to settle is not gone through to its end, and ends as its parts do.
+#[test]
+fn a_rotor_that_has_settled_stays_so_until_the_next_command() {
+    let model = model(&[LAG, DRAG, TELEMETRY]);
+    let run = |parts: usize| {
+        let time: Vec<f64> = (0..=3 * parts).map(|row| 20.0 * row as f64 / parts as f64).collect();
+        let command: Vec<f64> = (0..=3 * parts).map(|row| if row < parts { 0.4 } else { 0.55 }).collect();
+        let input =
+            RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
+        let mut trace = RotorTrace::default();
+        model.equations().expect("binds").simulate_rotor(&input, &START, &mut trace);
+        trace
+    };
+    let (long, short) = (run(1), run(2000));
+    for row in 0..=3 {
+        let parts = &short.mean[row * 2000..(row * 2000 + 2000).min(short.mean.len())];
+        let mean = parts.iter().sum::<f64>() / parts.len() as f64;
+        let same = |one: f64, other: f64| (one / other - 1.0).abs() < 1e-6;
+        // What is left is that of the steps, which are others in parts.
+        assert!(same(long.mean[row], mean), "{row}: {} {mean}", long.mean[row]);
+        assert!(same(long.rate[row], short.rate[row * 2000]), "{row}");
+        assert!(same(long.measured[row], short.measured[row * 2000]), "{row}");
+    }
+}
