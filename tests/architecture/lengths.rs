@@ -23,7 +23,6 @@ const LONG_FUNCTIONS: &[(&str, &str, &str)] = &[
         "receive",
         "each arrival passes through it: its parts share nine variables, and a call costs what it saves",
     ),
-    ("model/rotor.rs", "simulate_steps", "the innermost loop of every fit, over the same state in each part"),
     ("report/check.rs", "sentence", "one table of sentences"),
     ("report/doctor.rs", "found", "one table of sentences"),
     ("report/findings/diagnose.rs", "sentence", "one table of sentences"),
