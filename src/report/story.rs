@@ -388,6 +388,27 @@ mod tests {
         assert!(short.lines().count() < 4 && short.lines().all(|line| line.chars().count() <= 80), "{short}");
     }
 
+    /// It stands behind the number, and then not among the notes of a short answer; never in neither place.
+    #[test]
+    fn a_number_that_is_not_known_is_said_beside_it_and_once() {
+        let mut said = Diagnosis::of(Verdict::MissingEffect, &["transport_delay"]);
+        let found =
+            |value, unit: &str| FoundParameter { value, standard_error: Some(0.02), unit: unit.to_owned() };
+        said.parameters.insert("transport_delay.delay".to_owned(), found(0.03, "s"));
+        let text = |said: &Diagnosis, detail| {
+            diagnosis(said, &[], detail).split_whitespace().collect::<Vec<_>>().join(" ")
+        };
+        let (beside, note) =
+            ("0.030000 ± 0.020 s, so how large is not known", "not how large this number is");
+        assert!(!text(&said, Detail::Short).contains("how large"), "nothing says so");
+        let finding = Finding::new(PARAMETER_NOT_KNOWN, "transport_delay.delay").with("value", 0.03);
+        said.findings.push(finding.with("standard_error", 0.02));
+        let short = text(&said, Detail::Short);
+        assert!(short.contains(beside) && !short.contains(note), "{short}");
+        let every = text(&said, Detail::Every);
+        assert!(every.contains(beside) && every.contains(note), "{every}");
+    }
+
     #[test]
     fn a_short_answer_says_reasons_where_there_is_one() {
         let said = |reasons: &[(&'static str, &str)], detail| {
