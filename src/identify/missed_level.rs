@@ -3,13 +3,14 @@
 
 use std::ops::Range;
 
+use super::steady_rows::settled_levels_of;
 use super::thresholds::THRESHOLDS;
 use super::validate::Validation;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
-/// What was read behind the middle of a held command.
+/// What was read when a rotor had settled under a held command.
 #[derive(Debug, Clone, Copy)]
 struct Settled {
     command: f64,
@@ -35,7 +36,11 @@ impl Settled {
 
 /// The command at which the free run `run` of a rotor misses the rates most, where it does so each time that command is held.
 pub(crate) fn missed_level(rotor: &RotorLog, run: &Validation) -> Option<Finding> {
-    let mut levels: Vec<Settled> = holds(rotor).iter().filter_map(|rows| settled(rotor, rows, run)).collect();
+    if rotor.rows_are_levels() {
+        return None;
+    }
+    let holds = settled_levels_of(rotor, THRESHOLDS.shortest_held);
+    let mut levels: Vec<Settled> = holds.iter().filter_map(|rows| settled(rotor, rows, run)).collect();
     levels.sort_by(|a, b| a.command.total_cmp(&b.command));
     let same = |a: &Settled, b: &Settled| b.command - a.command <= THRESHOLDS.same_level;
     let is_missed = |times: &&[Settled]| {
@@ -49,29 +54,11 @@ pub(crate) fn missed_level(rotor: &RotorLog, run: &Validation) -> Option<Finding
     Some(found.with("measured_rad_s", worst.measured).with("modelled_rad_s", worst.modelled))
 }
 
-/// Rows over which a command that turns the rotor is held.
-fn holds(rotor: &RotorLog) -> Vec<Range<usize>> {
-    let mut holds = Vec::new();
-    for stretch in rotor.stretches.iter().filter(|_| !rotor.rows_are_levels()) {
-        let mut from = stretch.start;
-        for row in stretch.clone() {
-            let is_last = row + 1 == stretch.end;
-            if is_last || (rotor.command[row + 1] - rotor.command[from]).abs() > THRESHOLDS.same_level {
-                if rotor.time[row] - rotor.time[from] >= THRESHOLDS.shortest_held {
-                    holds.push(from..row + 1);
-                }
-                from = row + 1;
-            }
-        }
-    }
-    holds
-}
-
-/// What was read in the second half of a hold; `None` of too little.
+/// What was read in the settled rows of a hold; `None` of too little.
 fn settled(rotor: &RotorLog, rows: &Range<usize>, run: &Validation) -> Option<Settled> {
     let (from, to) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
     let place = |time: f64| run.traces.partition_point(|trace| trace.0 < time);
-    let traces = run.traces.get(place(0.5 * (from + to))..place(to))?;
+    let traces = run.traces.get(place(from)..place(to))?;
     if traces.len() < THRESHOLDS.fewest_settled {
         return None;
     }

@@ -58,6 +58,11 @@ pub(crate) fn steady_rows(
 
 /// Of each held command the rows at which the rotor has settled: two seconds behind its begin, at the latest in its second half.
 pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
+    settled_levels_of(rotor, THRESHOLDS.shortest_level)
+}
+
+/// The same of commands that are held for `shortest` [s] at least.
+pub(crate) fn settled_levels_of(rotor: &RotorLog, shortest: f64) -> Vec<Range<usize>> {
     if rotor.rows_are_levels() {
         return rotor.scored().map(|row| row..row + 1).collect();
     }
@@ -70,7 +75,7 @@ pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
             let (begin, end) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
             let settled =
                 begin + THRESHOLDS.level_settles.min(THRESHOLDS.level_settles_share * (end - begin));
-            if end - begin >= THRESHOLDS.shortest_level {
+            if end - begin >= shortest {
                 let unsettled = rotor.time[rows.clone()].partition_point(|time| *time < settled);
                 levels.push(rows.start + unsettled..rows.end);
             }
