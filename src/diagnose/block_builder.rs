@@ -326,6 +326,17 @@ fn different_commands(log: &ScreenedLog) -> usize {
     commands.map(|commands| distinct(commands).len()).max().unwrap_or(0)
 }
 
+/// The effects that act in a block, and why these logs cannot show one.
+pub(crate) fn eligible<'a>(
+    (known, model): (&'a [Effect], &Model),
+    split: &DataSplit,
+    logs: &[ScreenedLog],
+) -> Vec<(&'a Effect, Option<EffectRefusal>)> {
+    let too_little = split.insufficient_data();
+    let why = |effect: &Effect| refusal(effect, model, logs).or_else(|| too_little.clone());
+    known.iter().filter(|effect| split.holds(effect)).map(|effect| (effect, why(effect))).collect()
+}
+
 /// Why an effect is not tried, or `None` when it can.
 #[must_use]
 pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<EffectRefusal> {

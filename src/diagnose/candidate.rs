@@ -8,7 +8,9 @@ use super::grid_refine;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::normal_equations::Slopes;
-use crate::estimation::output_error::{Fit, FitConfig, Residuals, fit, fit_from, validate, validate_from};
+use crate::estimation::output_error::{
+    Fit, FitConfig, Free, Residuals, fit, fit_best, fit_from, validate, validate_from,
+};
 use crate::model::Model;
 
 /// Starting points of a candidate, ranked by a first look.
@@ -207,6 +209,24 @@ impl Candidate<'_> {
         let on_grid = self.moved_on_held_out((&model, names), (&fit, &held_out), &hardly_worse, split);
         let (model, fits) = on_grid.unwrap_or((model, (fit, held_out)));
         self.found(starting_points.names, model, fits)
+    }
+
+    /// The fit from the best of these starts, all of the same effects, the numbers of laws in jumps held; not looked for any longer where
+    /// it hardly falls any more and is above `goal`.
+    pub(crate) fn fit_grids_held(
+        &self,
+        starts: &[Model],
+        goal: Option<f64>,
+        split: &DataSplit,
+    ) -> Option<CandidateFit> {
+        let first = starts.first()?;
+        let inside = self.inside(first);
+        let names = self.names_in(&inside, split.train.is_rotor());
+        let problem = Problem::new(&split.train, first.clone(), names.clone(), &inside);
+        let starts: Vec<Vec<Free>> = starts.iter().map(|start| self.frees(&names, start)).collect();
+        let best = fit_best(&problem, &starts, &FitConfig { goal, ..THRESHOLDS.full_fit }, 1);
+        let fit = best.into_iter().next()?;
+        Some(self.found(names.clone(), with_errors(&problem, &names, &fit), (fit.clone(), fit)))
     }
 
     fn found(&self, names: Vec<String>, model: Model, (fit, held_out): (Fit, Fit)) -> CandidateFit {

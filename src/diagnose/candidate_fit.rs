@@ -200,7 +200,7 @@ fn live_units(fit: &Fit, data: &BlockData) -> usize {
 }
 
 /// Mean square of the residuals over the noise, the freedom of initial states taken off.
-pub(super) fn noise_multiple(fit: &Fit, data: &BlockData) -> f64 {
+pub(crate) fn noise_multiple(fit: &Fit, data: &BlockData) -> f64 {
     let used = fit.residuals.measured().iter().filter(|value| **value != 0.0).count();
     let locals = fit.locals.len().checked_div(data.units().len()).unwrap_or(0);
     let free = used.saturating_sub(live_units(fit, data) * locals).max(1);

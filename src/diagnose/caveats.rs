@@ -48,6 +48,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         warnings.extend(shift_is_curve(found));
         warnings.extend(at_bounds(found));
         warnings.extend(not_known(&found.answer.model, &found.answer.effects));
+        warnings.extend(found.unnamed_effects());
         warnings.extend(only_in_training(found));
         warnings.extend(rotors_differ(logs, found));
     }

@@ -1,5 +1,6 @@
 //! Adds effects to a model, refits, and writes down what it did to the error.
 
+use super::block_builder::eligible;
 use super::blocks::Blocks;
 use super::candidate_fit::CandidateFit;
 use super::caveats;
@@ -80,7 +81,7 @@ pub fn extend(
     if ids.is_empty() {
         check_numbers(model, (&blocks, &findings), &error)?;
     }
-    blocks.found.iter_mut().for_each(|found| search().allow_for_what_is_missing(found));
+    findings.extend(allow_for_what_is_missing((model, &known), &[train, validate].concat(), &mut blocks));
     let answers = blocks.found.iter().map(|found| &found.answer);
     findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
     let mut extended = blocks.merged(model);
@@ -109,6 +110,19 @@ fn check(
     findings.extend(caveats::seen_by_base(model, train, validate));
     pooled_logs::check(model, known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
     Ok((part, findings))
+}
+
+/// Widens the standard errors of what was found; the effects that most of one is for.
+fn allow_for_what_is_missing(
+    (model, known): (&Model, &[Effect]),
+    logs: &[ScreenedLog],
+    blocks: &mut Blocks,
+) -> Vec<Finding> {
+    for found in &mut blocks.found {
+        let eligible = eligible((known, model), &found.split, logs);
+        Search { base: model, known, eligible, progress: &|_| () }.allow_for_what_is_missing(found);
+    }
+    blocks.found.iter().flat_map(SearchResult::unnamed_effects).collect()
 }
 
 /// The step that a ladder takes from `model` by adding `ids`.

@@ -5,6 +5,7 @@
 pub(crate) mod assemble;
 mod backward;
 mod battery_permutation;
+mod beside_answer;
 pub mod block_builder;
 mod block_context;
 pub mod block_data;
@@ -62,7 +63,7 @@ pub(crate) mod verdict;
 mod whole_steps;
 mod wider;
 
-use block_builder::refusal;
+use block_builder::eligible;
 use blocks::Blocks;
 use candidate_fit::CandidateFit;
 use data_split::DataSplit;
@@ -163,14 +164,14 @@ impl<'a> DiagnosisTask<'a> {
         Search { base: self.model, known: self.known, eligible: Vec::new(), progress: self.progress }
     }
 
+    /// A search among the effects that this block and the logs can show.
+    fn among_eligible(&self, split: &DataSplit) -> Search<'a> {
+        let eligible = eligible((self.known, self.model), split, self.logs);
+        Search { eligible, ..self.fits() }
+    }
+
     fn search(&self, split: DataSplit) -> SearchResult {
-        let acts_here = self.known.iter().filter(|effect| split.holds(effect));
-        let mut eligible: Vec<_> =
-            acts_here.map(|effect| (effect, refusal(effect, self.model, self.logs))).collect();
-        if let Some(why) = split.insufficient_data() {
-            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
-        }
-        Search { eligible, ..self.fits() }.run(split)
+        self.among_eligible(&split).run(split)
     }
 
     /// The blocks of these logs, each looked into by `find`.
@@ -192,7 +193,9 @@ impl<'a> DiagnosisTask<'a> {
     }
 
     fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> (Diagnosis, Blocks) {
-        blocks.found.iter_mut().for_each(|found| self.fits().allow_for_what_is_missing(found));
+        for found in &mut blocks.found {
+            self.among_eligible(&found.split).allow_for_what_is_missing(found);
+        }
         let found = (&blocks.found[..], &blocks.verdicts[..]);
         (assemble::conclude(self.model, self.known, found, logs, self.config), blocks)
     }

@@ -1,10 +1,11 @@
 //! Standard errors of an answer that allow for what is not in it: a fit takes its own structure for true, and a small effect that
 //! nobody named moves its numbers by more than they say.
 //!
-//! Two things show by how much. With the base's own numbers free, which the answer holds where they gain nothing, a number moves by
-//! what it took over from them. And fitted to other data (the held-out logs, or each part of a single log) it moves by what is not
-//! the same in them. Of two fits the variance of one is half their squared difference; of parts left out in turn it is the
-//! jackknife's (Efron, Stein 1981). Where commands step between rows a dead time of theirs is not known better than that.
+//! Three things show by how much. With the base's own numbers free, which the answer holds where they gain nothing, a number moves by
+//! what it took over from them. Beside an effect that gains too little to be named it moves by what it took over from that. And fitted
+//! to other data (the held-out logs, or each part of a single log) it moves by what is not the same in them. Of two fits the variance of
+//! one is half their squared difference; of parts left out in turn it is the jackknife's (Efron, Stein 1981). Where commands step between
+//! rows a dead time of theirs is not known better than that.
 
 use super::candidate_fit::{CandidateFit, is_command_delay};
 use super::candidate_set::Candidate;
@@ -29,6 +30,8 @@ impl Search<'_> {
         }
         let with_base = self.with_base(answer, split).map(|fitted| fitted.model);
         let others = self.on_other_data(answer, split);
+        let shifts = self.unnamed_shifts(found);
+        let mut of_unnamed = Vec::new();
         let mut model = answer.model.clone();
         for name in &answer.names {
             let (Some(value), Some(error)) =
@@ -41,9 +44,13 @@ impl Search<'_> {
             let others: Values = others.iter().map(|model| model.parameter(name)).collect();
             let between = between(value, &others, split.folds.is_empty());
             let of_steps = if is_command_delay(name) { split.train.delay_unknown() } else { 0.0 };
-            let variance = error.powi(2).max(between) + from_base + of_steps.powi(2);
-            model.standard_errors.insert(name.clone(), variance.sqrt());
+            let known = error.powi(2).max(between) + from_base + of_steps.powi(2);
+            let unnamed = shifts.iter().find(|unnamed| unnamed.parameter == *name);
+            let from_unnamed = unnamed.map_or(0.0, |unnamed| unnamed.shift.powi(2));
+            model.standard_errors.insert(name.clone(), (known + from_unnamed).sqrt());
+            of_unnamed.extend(unnamed.filter(|_| from_unnamed > known).cloned());
         }
+        found.shifts = of_unnamed;
         found.answer.model = model;
     }
 

@@ -7,8 +7,9 @@ use super::data_split::DataSplit;
 use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
+use crate::effect::Term;
 use crate::estimation::output_error::{Free, fit_best};
-use crate::model::{Effect, Model};
+use crate::model::{Effect, EffectParameter, Model};
 
 impl Candidate<'_> {
     /// The models from which a fit of the fresh effects may start.
@@ -103,19 +104,7 @@ impl Candidate<'_> {
     /// five times as fast, and from an absurd start no slope leads home.
     fn weakened(&self, start: &Model, problem: &Problem) -> Model {
         let cost = |model: &Model| problem.cost_of(model);
-        let weaker = |model: &Model, share: f64| {
-            let mut weaker = model.clone();
-            for effect in self.effects.iter().filter(|effect| !self.from.has(&effect.id)) {
-                for parameter in effect.parameters.iter().filter(|parameter| parameter.neutral.is_finite()) {
-                    let name = format!("{}.{}", effect.id, parameter.name);
-                    if let Some(value) = model.parameter(&name) {
-                        weaker.set_parameter(&name, parameter.neutral + share * (value - parameter.neutral));
-                    }
-                }
-            }
-            weaker
-        };
-        let without = weaker(start, 0.0);
+        let without = self.weaker(start, 0.0);
         if without == *start {
             return without;
         }
@@ -126,9 +115,37 @@ impl Candidate<'_> {
             if cost(&weakened) <= limit {
                 break;
             }
-            weakened = weaker(&weakened, THRESHOLDS.weakening);
+            weakened = self.weaker(&weakened, THRESHOLDS.weakening);
         }
         weakened
+    }
+
+    /// A model whose fresh effects have this share of what they are there.
+    fn weaker(&self, model: &Model, share: f64) -> Model {
+        let mut weaker = model.clone();
+        for effect in self.effects.iter().filter(|effect| !self.from.has(&effect.id)) {
+            for parameter in effect.parameters.iter().filter(|parameter| parameter.neutral.is_finite()) {
+                let name = format!("{}.{}", effect.id, parameter.name);
+                if let Some(value) = model.parameter(&name) {
+                    weaker.set_parameter(&name, parameter.neutral + share * (value - parameter.neutral));
+                }
+            }
+        }
+        weaker
+    }
+
+    /// Where a fit starts of one fresh effect that is faint, if there at all: near none a law is a straight line in its size, and the
+    /// size of a start does not matter. Of a limit it does: beyond all commands it has no slope.
+    pub(crate) fn faint_starts(&self, effect: &Effect, template: &Model, split: &DataSplit) -> Vec<Model> {
+        let is_size = |parameter: &EffectParameter| parameter.neutral.is_finite();
+        if effect.card.is_some_and(|card| card.acts_as == Some(Term::Saturation)) {
+            return self.starts(template, &[effect], split);
+        }
+        let starts = match effect.parameters.as_slice() {
+            [size] if is_size(size) => vec![template.clone()],
+            _ => self.starts(template, &[effect], split),
+        };
+        starts.iter().map(|start| self.weaker(start, THRESHOLDS.faint)).collect()
     }
 
     /// Whether a free base number is further from where it was than this share of it.

@@ -157,8 +157,8 @@ impl Search<'_> {
             ladder.pop();
             ladder.push(answer.clone());
         }
-        let floors = joint_floors(&split, &answer);
         let mut found = SearchResult {
+            floors: joint_floors(&split, &answer),
             split,
             nominal,
             refitted,
@@ -167,8 +167,8 @@ impl Search<'_> {
             ladder,
             alternatives,
             dropped,
-            floors,
             changed,
+            shifts: Vec::new(),
         };
         unnamed::judge(&mut found, &best, fits, self.known);
         found

@@ -7,6 +7,7 @@ use super::not_named::NotNamed;
 use super::refusal::EffectRefusal;
 use super::surrogate_test::SurrogateTest;
 use super::thresholds::THRESHOLDS;
+use crate::screening::Finding;
 
 /// A candidate on its own.
 #[derive(Debug, Clone)]
@@ -21,6 +22,17 @@ pub struct SingleEffect {
     pub refusal: Option<EffectRefusal>,
     /// Which condition it failed in the search of its block; `None` where it was named, not tried or refused.
     pub not_named: Option<NotNamed>,
+}
+
+/// An effect that nobody named and that moves a number of the answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnnamedShift {
+    /// The number.
+    pub parameter: String,
+    /// The effect.
+    pub effect: String,
+    /// By how much, in the number's unit.
+    pub shift: f64,
 }
 
 /// What the search of one block found.
@@ -46,6 +58,8 @@ pub struct SearchResult {
     pub floors: [f64; 2],
     /// Base parameters without whose change the answer is worse.
     pub changed: Vec<String>,
+    /// What the standard errors of the answer allow for, where that is more than all else.
+    pub shifts: Vec<UnnamedShift>,
 }
 
 impl SearchResult {
@@ -58,7 +72,19 @@ impl SearchResult {
         let floors = joint_floors(&split, &answer);
         let ladder = vec![refitted.clone(), answer.clone()];
         let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
-        Self { split, nominal, refitted, singles, answer, ladder, alternatives, dropped, floors, changed }
+        Self {
+            split,
+            nominal,
+            refitted,
+            singles,
+            answer,
+            ladder,
+            alternatives,
+            dropped,
+            floors,
+            changed,
+            shifts: Vec::new(),
+        }
     }
 
     /// The largest held-out error of a fit over its noise floor, and the channel it is in.
@@ -71,6 +97,27 @@ impl SearchResult {
     #[must_use]
     pub fn at_floor(&self) -> f64 {
         if self.split.train.is_driven_by_rotors() { THRESHOLDS.at_floor_driven } else { THRESHOLDS.at_floor }
+    }
+
+    /// Effects that nobody named and that most of the standard error of a number shown is for, each with those numbers and what they would be
+    /// beside it.
+    pub(crate) fn unnamed_effects(&self) -> Vec<Finding> {
+        let is_shown = |unnamed: &&UnnamedShift| match unnamed.parameter.split_once('.') {
+            Some((effect, _)) => self.answer.effects.iter().any(|named| named == effect),
+            None => self.changed.contains(&unnamed.parameter),
+        };
+        let mut shown: Vec<&UnnamedShift> = self.shifts.iter().filter(is_shown).collect();
+        shown.sort_by(|a, b| a.effect.cmp(&b.effect));
+        let beside = |shift: &&UnnamedShift| {
+            self.answer.model.parameter(&shift.parameter).unwrap_or(f64::NAN) + shift.shift
+        };
+        let of_effect = |shifts: &[&UnnamedShift]| {
+            let numbers: Vec<String> = shifts.iter().map(|shift| shift.parameter.clone()).collect();
+            Finding::new("error_for_unnamed", shifts[0].effect.clone())
+                .with("numbers", numbers)
+                .with("beside_it", shifts.iter().map(beside).collect::<Vec<f64>>())
+        };
+        shown.chunk_by(|a, b| a.effect == b.effect).map(of_effect).collect()
     }
 
     /// The share of what the refitted baseline leaves above the noise that the answer explains.

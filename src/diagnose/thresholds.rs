@@ -271,6 +271,13 @@ crate::thresholds! {
     base_differs: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
     /// changed numbers of a rotor from which the model is another bench's.
     numbers_of_another: usize = 2, "count", "judgement: one may have been replaced or worn";
+    /// squared error over the noise variance of one reading that an effect which nobody named takes off beside the answer, at least, for the
+    /// answer's errors to allow for it
+    more_than_chance: f64 = 9.0, "-", "three standard errors of one number: with twenty effects tried, by chance in about one log of twenty";
+    /// share of its first size at which a law is faint
+    faint: f64 = 0.01, "-", "judgement";
+    /// share of the greatest such gain from which another effect is thought of as well
+    unnamed_share: f64 = 0.5, "-", "judgement";
     /// an error within this factor of the noise floor leaves nothing to explain
     at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
     /// a body driven by measured rotors: an error within this factor of the noise floor leaves nothing to explain; the floor does not know how far the rotor model is off, which the body integrates

@@ -94,6 +94,7 @@ mod tests {
             dropped: Vec::new(),
             floors: [floor; 2],
             changed: Vec::new(),
+            shifts: Vec::new(),
         };
         judge(&mut found, best, fits, &[]);
         let reason = in_answer(&found, &found.answer.effects, &found.singles[0]);

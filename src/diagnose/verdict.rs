@@ -126,6 +126,7 @@ mod tests {
             dropped: Vec::new(),
             floors: [1.0; 2],
             changed: changed.iter().map(|name| (*name).to_owned()).collect(),
+            shifts: Vec::new(),
             split,
         }
     }

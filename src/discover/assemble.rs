@@ -12,10 +12,11 @@ use super::thresholds::THRESHOLDS;
 use crate::diagnose::assemble::{changed_parameters, error_summary, main_channel, merged};
 use crate::diagnose::diagnosis::{FoundParameter, TrainValidate};
 use crate::diagnose::search_result::SearchResult;
+use crate::diagnose::search_space::Search;
 use crate::diagnose::verdict::verdict;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict};
 use crate::effect::find;
-use crate::model::Model;
+use crate::model::{Effect, Model};
 
 /// What the catalogue says, where there is nothing to discover.
 pub(crate) fn of_catalogue(diagnosis: Diagnosis) -> Discovery {
@@ -105,12 +106,14 @@ fn of_law(
     let is_of_block = |subject: &str| asked.split().train.channels().iter().any(|it| it.name == subject);
     answer.findings.retain(|it| it.code != "error_above_floor" || !is_of_block(&it.subject));
     let (mut blocks, mut verdicts) = (blocks.to_vec(), verdicts.to_vec());
+    let unnamed = result.unnamed_effects();
     (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
     answer.changed_parameters = changed_parameters(asked.model, &blocks, &verdicts);
     let mut model = asked.model.clone();
     model.user_effects.push(user.clone());
     answer.model = merged(&model, &blocks, &verdicts);
     answer.findings.retain(|it| !is_of_other_effect(&it.subject, &answer.model));
+    answer.findings.extend(unnamed);
     answer.user_effect = Some(user);
 }
 
@@ -151,7 +154,11 @@ fn with_law(searched: &BlockResult, formula: &Formula) -> Option<SearchResult> {
         search.select_parameters(&found.split, &found.nominal, &found.refitted, &formula.fitted);
     let fits = [found.nominal.clone(), found.refitted.clone(), answer];
     let mut result = SearchResult::of_one(found.split.clone(), fits, changed);
-    search.allow_for_what_is_missing(&mut result);
+    let is_tried = |effect: &&Effect| {
+        found.singles.iter().any(|single| single.effect == effect.id && single.refusal.is_none())
+    };
+    let eligible = search.known.iter().filter(is_tried).map(|effect| (effect, None)).collect();
+    Search { eligible, ..search }.allow_for_what_is_missing(&mut result);
     Some(result)
 }
 

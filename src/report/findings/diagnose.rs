@@ -36,6 +36,12 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             "{subject} = {}: these logs show that the effect is there, and not how large this number is",
             with_error(finding.number("value"), finding.number("standard_error"))
         ),
+        "error_for_unnamed" => {
+            let numbers = finding.texts("numbers").iter().zip(finding.numbers("beside_it"));
+            let numbers: Vec<String> =
+                numbers.map(|(name, value)| format!("{name} would be {}", short(*value))).collect();
+            format!("with {subject} in the model, too, {}: the ± allows for that", numbers.join(", "))
+        }
         "slow_drift" => format!(
             "{:.0} % of what is left is a slow drift of the rates, {:+.2} rad/s each second, cause unknown: nothing in the \
              catalogue may drift that way; a tachometer or a supply that drifts, wear, or weather may",
