@@ -111,28 +111,28 @@ fn late_stand(delay: f64, seed: u64) -> String {
     "time_s,command_1,propeller_rate_1_rad_s\n".to_owned() + &text.collect::<String>()
 }
 
-#[test]
-fn commands_that_step_between_rows_are_seen() {
-    let mut asked = 0;
-    for number in 0..12 {
-        let case = between_rows::Case::draw(number, 71_000 + number);
-        let of = |name: &str| case.truth[name].as_f64().expect("a number");
-        // [rad/s] what a step of 200 rad/s moves the rate by within a row: what noise hides nobody sees.
-        let in_row = 200.0 * of("pole_1_s") / of("rate_hz");
-        if in_row < 2.0 * case.truth["noise"]["propeller_rate_rad_s"].as_f64().expect("a number") {
-            continue;
-        }
-        asked += 1;
-        let folder = tempfile::tempdir().expect("a folder");
-        case.write(folder.path()).expect("written");
-        assert_eq!(claimed(folder.path()), ["steps_between_rows"], "{}", case.truth);
-    }
-    assert!(asked > 6, "{asked} cases");
-}
-
 /// `tools/test --all` runs them.
 mod at_length {
     use super::*;
+
+    #[test]
+    fn commands_that_step_between_rows_are_seen() {
+        let mut asked = 0;
+        for number in 0..12 {
+            let case = between_rows::Case::draw(number, 71_000 + number);
+            let of = |name: &str| case.truth[name].as_f64().expect("a number");
+            // [rad/s] what a step of 200 rad/s moves the rate by within a row: what noise hides nobody sees.
+            let in_row = 200.0 * of("pole_1_s") / of("rate_hz");
+            if in_row < 2.0 * case.truth["noise"]["propeller_rate_rad_s"].as_f64().expect("a number") {
+                continue;
+            }
+            asked += 1;
+            let folder = tempfile::tempdir().expect("a folder");
+            case.write(folder.path()).expect("written");
+            assert_eq!(claimed(folder.path()), ["steps_between_rows"], "{}", case.truth);
+        }
+        assert!(asked > 6, "{asked} cases");
+    }
 
     #[test]
     fn nothing_is_claimed_of_the_other_two_thirds_of_the_logs() {

@@ -290,31 +290,12 @@ fn what_the_rotors_own_sensors_do_not_settle_their_body_does() {
     assert!(changed[0].name == "pole" && (changed[0].to - 16.966).abs() < 3.0 * error, "{changed:?}");
 }
 
-/// A grid of three times the noise: fitted without it the base bends after it, and a hair beside it one level of twenty is off
-/// by a whole step.
-#[test]
-fn a_fine_grid_is_named() {
-    let entry = ENTRIES.iter().find(|entry| entry.id == "command_quantization").unwrap();
-    let found = asked(&Question::Single(entry, Kind::Actuator), 971_003_195);
-    assert_eq!(found.effects, ["command_quantization"], "{:?}", found.verdict);
-    let step = &found.parameters["command_quantization.step"];
-    // The truth: at full command there are 90 steps, and a sixth of one would show.
-    assert!((step.value / 0.007_660_7 - 1.0).abs() < 1e-3, "{step:?}");
-}
-
 /// What is found of three effects of a bench, by name.
 fn found_of_three(kind: Kind, ids: [&str; 3], seed: u64) -> Vec<String> {
     let entries = ids.map(|id| ENTRIES.iter().find(|entry| entry.id == id).unwrap());
     let mut found = asked(&Question::Three(entries, kind), seed).effects;
     found.sort();
     found
-}
-
-/// Beside a limit neither a faster fall nor a drag gains anything on the held-out log; both together do.
-#[test]
-fn effects_that_gain_nothing_one_by_one_are_found() {
-    let ids = ["asymmetric_pole", "command_saturation", "quadratic_rotor_drag"];
-    assert_eq!(found_of_three(Kind::Actuator, ids, 77_001_353_003_411), ids);
 }
 
 /// Where the body comes to rest, dry friction makes two local minima of a window's start: from the reading of a gyroscope that lags
@@ -331,6 +312,25 @@ fn dry_friction_is_found_beside_a_gyroscope_that_lags() {
 
 mod at_length {
     use super::*;
+
+    /// Beside a limit neither a faster fall nor a drag gains anything on the held-out log; both together do.
+    #[test]
+    fn effects_that_gain_nothing_one_by_one_are_found() {
+        let ids = ["asymmetric_pole", "command_saturation", "quadratic_rotor_drag"];
+        assert_eq!(found_of_three(Kind::Actuator, ids, 77_001_353_003_411), ids);
+    }
+
+    /// A grid of three times the noise: fitted without it the base bends after it, and a hair beside it one level of twenty is off
+    /// by a whole step.
+    #[test]
+    fn a_fine_grid_is_named() {
+        let entry = ENTRIES.iter().find(|entry| entry.id == "command_quantization").unwrap();
+        let found = asked(&Question::Single(entry, Kind::Actuator), 971_003_195);
+        assert_eq!(found.effects, ["command_quantization"], "{:?}", found.verdict);
+        let step = &found.parameters["command_quantization.step"];
+        // The truth: at full command there are 90 steps, and a sixth of one would show.
+        assert!((step.value / 0.007_660_7 - 1.0).abs() < 1e-3, "{step:?}");
+    }
 
     /// A battery beside a bent curve; a grid that is another one without the pole; one that a limit is not a step of; one
     /// behind a dead zone, which puts it half a step off.

@@ -72,13 +72,6 @@ fn late_flight(seed: u64, delay: f64, kick_size: f64, noise: f64) -> String {
     text
 }
 
-/// Whatever drove the rotors before the log: a delay is a delay. Their first readings, and the first window of the body that
-/// they drive, do not count.
-#[test]
-fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
-    are_late(0.039);
-}
-
 fn are_late(delay: f64) {
     let desk = Desk::new();
     let train = desk.write("train.csv", &late_flight(5, delay, 0.035, 1.0));
@@ -135,21 +128,30 @@ fn rounded_and_bent(seed: u64, grid: f64, rows: usize) -> String {
     text
 }
 
-#[test]
-fn a_grid_is_looked_for_in_all_parts_of_an_experiment() {
-    a_grid_is_found(25, 0.0062);
-}
-
-/// `tools/test --all` runs it.
+/// `tools/test --all` runs them.
 mod at_length {
+    use super::*;
+
+    /// Whatever drove the rotors before the log: a delay is a delay. Their first readings, and the first window of the body that
+    /// they drive, do not count.
+    #[test]
+    fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
+        are_late(0.039);
+    }
+
+    #[test]
+    fn a_grid_is_looked_for_in_all_parts_of_an_experiment() {
+        a_grid_is_found(25, 0.0062);
+    }
+
     #[test]
     fn rotors_that_were_on_their_way_are_late_by_another_delay_too() {
-        super::are_late(0.024);
+        are_late(0.024);
     }
 
     #[test]
     fn another_grid_is_looked_for_in_all_parts_of_an_experiment() {
-        super::a_grid_is_found(55, 0.0083);
+        a_grid_is_found(55, 0.0083);
     }
 }
 

@@ -59,30 +59,6 @@ fn unnamed_say_why(answer: &Value) {
     assert!(significant.iter().all(|it| it["not_named"]["code"] != "chance"), "{significant:#?}");
 }
 
-/// What the search finds by looking at every value, and what only the body can decide.
-#[test]
-fn a_grid_and_the_lags_of_rotor_torque_and_sensor_are_told_apart() {
-    let desk = Desk::new();
-    for (seed, hidden, parameter) in [
-        (11, "command_quantization", "step=0.012"),
-        (13, "telemetry_lag", "pole=40"),
-        (15, "second_order_lag", "pole=40"),
-        // Faster than the samples, and later than they are apart in a log whose first command differs from the next.
-        (17, "rotor_lag", "pole=150"),
-        (19, "transport_delay", "delay=0.03"),
-    ] {
-        let hide = format!("{hidden}:{parameter}");
-        let log = |name: &str, seed| desk.record(&format!("{hidden}_{name}.csv"), seed, &["--hide", &hide]);
-        let (answer, _) = diagnose("paper", &log("train", seed), &log("held_out", seed + 1));
-        assert_eq!(answer["effects"], serde_json::json!([hidden]), "{}", answer["ladder"]);
-        let (name, truth) = parameter.split_once('=').expect("name=value");
-        let truth: f64 = truth.parse().expect("a number");
-        let found = &answer["parameters"][&format!("{hidden}.{name}")];
-        let off = (number(found, &["value"]) - truth).abs();
-        assert!(off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]), "{hidden}: {found}");
-    }
-}
-
 #[test]
 fn where_nothing_is_hidden_nothing_is_named() {
     let desk = Desk::new();
@@ -357,24 +333,55 @@ fn a_body_driven_by_commands_is_judged_once_the_rotors_have_forgotten_where_they
     assert_eq!(answer["verdict"], "adequate", "{}", answer["error"]);
 }
 
-/// Two rotors of which one turns a hundredth faster: heat, whose start each run may choose, would explain it.
-#[test]
-fn rotors_that_are_not_alike_are_no_effect_and_told() {
-    let desk = Desk::new();
-    let log = |name: &str, seed| {
-        let whole = desk.record(&format!("whole_{name}"), seed, &[]);
-        let faster = |name: &str, value| if name == "propeller_rate_2_rad_s" { 1.01 * value } else { value };
-        desk.changed(&whole, name, 1e9, |name| !name.starts_with("body"), faster)
-    };
-    let (answer, _) = diagnose("paper", &log("train.csv", 1), &log("held_out.csv", 2));
-    assert_eq!(
-        (&answer["verdict"], &answer["effects"]),
-        (&"unknown".into(), &serde_json::json!([])),
-        "{answer:#}"
-    );
-    let differ = finding(&answer, "rotors_differ");
-    let rotors = ["faster_rotor", "slower_rotor"].map(|rotor| differ["evidence"][rotor].as_u64());
-    assert_eq!(rotors, [Some(2), Some(1)], "{differ}");
-    let share = differ["evidence"]["share"].as_f64().expect("a share");
-    assert!((0.0095..0.0105).contains(&share), "{share}");
+/// `tools/test --all` runs them.
+mod at_length {
+    use super::*;
+
+    /// Two rotors of which one turns a hundredth faster: heat, whose start each run may choose, would explain it.
+    #[test]
+    fn rotors_that_are_not_alike_are_no_effect_and_told() {
+        let desk = Desk::new();
+        let log = |name: &str, seed| {
+            let whole = desk.record(&format!("whole_{name}"), seed, &[]);
+            let faster =
+                |name: &str, value| if name == "propeller_rate_2_rad_s" { 1.01 * value } else { value };
+            desk.changed(&whole, name, 1e9, |name| !name.starts_with("body"), faster)
+        };
+        let (answer, _) = diagnose("paper", &log("train.csv", 1), &log("held_out.csv", 2));
+        assert_eq!(
+            (&answer["verdict"], &answer["effects"]),
+            (&"unknown".into(), &serde_json::json!([])),
+            "{answer:#}"
+        );
+        let differ = finding(&answer, "rotors_differ");
+        let rotors = ["faster_rotor", "slower_rotor"].map(|rotor| differ["evidence"][rotor].as_u64());
+        assert_eq!(rotors, [Some(2), Some(1)], "{differ}");
+        let share = differ["evidence"]["share"].as_f64().expect("a share");
+        assert!((0.0095..0.0105).contains(&share), "{share}");
+    }
+
+    /// What the search finds by looking at every value, and what only the body can decide.
+    #[test]
+    fn a_grid_and_the_lags_of_rotor_torque_and_sensor_are_told_apart() {
+        let desk = Desk::new();
+        for (seed, hidden, parameter) in [
+            (11, "command_quantization", "step=0.012"),
+            (13, "telemetry_lag", "pole=40"),
+            (15, "second_order_lag", "pole=40"),
+            // Faster than the samples, and later than they are apart in a log whose first command differs from the next.
+            (17, "rotor_lag", "pole=150"),
+            (19, "transport_delay", "delay=0.03"),
+        ] {
+            let hide = format!("{hidden}:{parameter}");
+            let log =
+                |name: &str, seed| desk.record(&format!("{hidden}_{name}.csv"), seed, &["--hide", &hide]);
+            let (answer, _) = diagnose("paper", &log("train", seed), &log("held_out", seed + 1));
+            assert_eq!(answer["effects"], serde_json::json!([hidden]), "{}", answer["ladder"]);
+            let (name, truth) = parameter.split_once('=').expect("name=value");
+            let truth: f64 = truth.parse().expect("a number");
+            let found = &answer["parameters"][&format!("{hidden}.{name}")];
+            let off = (number(found, &["value"]) - truth).abs();
+            assert!(off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]), "{hidden}: {found}");
+        }
+    }
 }

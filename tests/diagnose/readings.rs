@@ -44,38 +44,6 @@ fn with_outliers(log: &Path, name: &str) -> PathBuf {
     changed(log, name, |row, column, cell, _| if is_one(row, column) { 10.0 * cell + 20.0 } else { cell })
 }
 
-#[test]
-fn readings_that_repeat_or_are_outliers_do_not_change_the_answer() {
-    let desk = Desk::new();
-    let hidden = [
-        (vec![], "adequate", None),
-        (
-            vec!["--hide", "gravity_pendulum:moment=0.3"],
-            "missing_effect",
-            Some(("gravity_pendulum", "moment", 0.3)),
-        ),
-    ];
-    for (number_of, (hide, verdict, effect)) in hidden.into_iter().enumerate() {
-        let named = |name: &str| format!("{name}_{number_of}.csv");
-        let record = |name: &str, seed| desk.record(&named(name), seed, &hide);
-        let (train, held_out) = (record("train", 1), record("held_out", 2));
-        let held = [held(&train, "held_train.csv"), held(&held_out, "held_held_out.csv")];
-        let outliers = [with_outliers(&train, "o_train.csv"), with_outliers(&held_out, "o_held_out.csv")];
-        for ([train, held_out], code) in [(held, "sample_and_hold"), (outliers, "outliers")] {
-            let (answer, _) = diagnose("paper", &train, &held_out);
-            assert_eq!(answer["verdict"], verdict, "{hide:?}, {code}: {answer:#}");
-            let findings = answer["findings"].as_array().expect("findings");
-            assert!(findings.iter().any(|it| it["code"] == code), "{:#}", answer["findings"]);
-            let Some((effect, parameter, truth)) = effect else { continue };
-            assert_eq!(answer["effects"], serde_json::json!([effect]), "{code}: {}", answer["ladder"]);
-            let found = &answer["parameters"][&format!("{effect}.{parameter}")];
-            let off = (number(found, &["value"]) - truth).abs();
-            // The promise that logs without such cells have, too.
-            assert!(off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]), "{code}: {found}");
-        }
-    }
-}
-
 /// `compare` finds the paper's own bench at its noise, with a rotor's reading held or with outliers.
 #[test]
 fn compare_takes_such_readings_as_missing() {
@@ -181,4 +149,44 @@ fn a_signal_that_is_noise_only_has_no_shares() {
     assert!(body.len() >= 2 && body.iter().all(|it| *it == [None; 3]), "{body:?}");
     let rotor = of("propeller_rate_1_rad_s");
     assert!(rotor.iter().flatten().all(|it| it.is_some_and(|share| share > 0.0)), "{rotor:?}");
+}
+
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    #[test]
+    fn readings_that_repeat_or_are_outliers_do_not_change_the_answer() {
+        let desk = Desk::new();
+        let hidden = [
+            (vec![], "adequate", None),
+            (
+                vec!["--hide", "gravity_pendulum:moment=0.3"],
+                "missing_effect",
+                Some(("gravity_pendulum", "moment", 0.3)),
+            ),
+        ];
+        for (number_of, (hide, verdict, effect)) in hidden.into_iter().enumerate() {
+            let named = |name: &str| format!("{name}_{number_of}.csv");
+            let record = |name: &str, seed| desk.record(&named(name), seed, &hide);
+            let (train, held_out) = (record("train", 1), record("held_out", 2));
+            let held = [held(&train, "held_train.csv"), held(&held_out, "held_held_out.csv")];
+            let outliers = [with_outliers(&train, "o_train.csv"), with_outliers(&held_out, "o_held_out.csv")];
+            for ([train, held_out], code) in [(held, "sample_and_hold"), (outliers, "outliers")] {
+                let (answer, _) = diagnose("paper", &train, &held_out);
+                assert_eq!(answer["verdict"], verdict, "{hide:?}, {code}: {answer:#}");
+                let findings = answer["findings"].as_array().expect("findings");
+                assert!(findings.iter().any(|it| it["code"] == code), "{:#}", answer["findings"]);
+                let Some((effect, parameter, truth)) = effect else { continue };
+                assert_eq!(answer["effects"], serde_json::json!([effect]), "{code}: {}", answer["ladder"]);
+                let found = &answer["parameters"][&format!("{effect}.{parameter}")];
+                let off = (number(found, &["value"]) - truth).abs();
+                // The promise that logs without such cells have, too.
+                assert!(
+                    off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]),
+                    "{code}: {found}"
+                );
+            }
+        }
+    }
 }

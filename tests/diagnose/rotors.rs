@@ -101,45 +101,50 @@ fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     refused(&[&asked[..], &["--report", &page]].concat(), &["--report is a page of one rotor", "--rotors 1"]);
 }
 
-#[test]
-fn an_effect_of_two_rotors_only_is_theirs_and_not_common() {
-    let desk = Desk::new();
-    let hidden = ["transport_delay:delay=0.03", "command_dead_zone:width=0.2"];
-    let (train, held_out) = (
-        text(&quadrotor(&desk, "train.csv", 1, hidden)),
-        text(&quadrotor(&desk, "held_out.csv", 11, hidden)),
-    );
-    let asked = ["diagnose", "--model", "paper", "--log", &train, "--validate", &held_out, "--json"];
-    let answer = json_schema::answer("diagnose-rotors", run(&asked).stdout);
-    assert_eq!(answer["effects"], serde_json::json!([]));
-    let has = |at: usize| answer["rotors"][at]["effects"].to_string().contains("transport_delay");
-    assert_eq!([0, 1, 2, 3].map(has), [true, true, false, false], "{answer}");
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
 
-    let compared = run(&["compare", "--log", &train, "--json"]);
-    let compared: serde_json::Value = serde_json::from_slice(&compared.stdout).expect("JSON");
-    let blocks = compared["comparisons"][0]["blocks"].as_array().expect("a list");
-    let names: Vec<&str> = blocks.iter().filter_map(|block| block["name"].as_str()).collect();
-    assert_eq!(names, ["actuator_1", "actuator_2", "actuator_3", "actuator_4"], "and no body");
+    #[test]
+    fn an_effect_of_two_rotors_only_is_theirs_and_not_common() {
+        let desk = Desk::new();
+        let hidden = ["transport_delay:delay=0.03", "command_dead_zone:width=0.2"];
+        let (train, held_out) = (
+            text(&quadrotor(&desk, "train.csv", 1, hidden)),
+            text(&quadrotor(&desk, "held_out.csv", 11, hidden)),
+        );
+        let asked = ["diagnose", "--model", "paper", "--log", &train, "--validate", &held_out, "--json"];
+        let answer = json_schema::answer("diagnose-rotors", run(&asked).stdout);
+        assert_eq!(answer["effects"], serde_json::json!([]));
+        let has = |at: usize| answer["rotors"][at]["effects"].to_string().contains("transport_delay");
+        assert_eq!([0, 1, 2, 3].map(has), [true, true, false, false], "{answer}");
 
-    let model = text(&desk.path("model.toml"));
-    let found = run(&["identify", "--log", &train, "--validate", &held_out, "-o", &model, "--json"]);
-    let found = json_schema::answer("identify", found.stdout);
-    let rotors = found["rotors"].as_array().expect("a list");
-    assert_eq!(rotors.len(), 4);
-    assert!(
-        has_code(&found, "no_common_model"),
-        "a dead zone of a fifth in two of them, and none in the others"
-    );
-    // The delay is rotors 1 and 2's, and each model has its own.
-    let delay = |at: usize| number(&rotors[at], &["actuator", "delay"]);
-    assert!([0, 1].iter().all(|at| (delay(*at) - 0.03).abs() < 1e-3), "{rotors:?}");
-    let own = fs::read_to_string(desk.path("model_rotor_2.toml")).expect("beside the model of all");
-    assert!(own.contains("transport_delay"), "{own}");
-    assert!(desk.path("model_rotor_4.toml").exists() && desk.path("model.toml").exists());
-    // Each rotor's own file is written over as little as the model that was named.
-    let other = text(&desk.path("other.toml"));
-    desk.write("other_rotor_3.toml", "mine");
-    refused(&["identify", "--log", &train, "-o", &other], &["other_rotor_3.toml", "is there already"]);
-    assert!(!Path::new(&other).exists() && !desk.path("other_rotor_1.toml").exists());
-    assert_eq!(fs::read_to_string(desk.path("other_rotor_3.toml")).expect("as it was"), "mine");
+        let compared = run(&["compare", "--log", &train, "--json"]);
+        let compared: serde_json::Value = serde_json::from_slice(&compared.stdout).expect("JSON");
+        let blocks = compared["comparisons"][0]["blocks"].as_array().expect("a list");
+        let names: Vec<&str> = blocks.iter().filter_map(|block| block["name"].as_str()).collect();
+        assert_eq!(names, ["actuator_1", "actuator_2", "actuator_3", "actuator_4"], "and no body");
+
+        let model = text(&desk.path("model.toml"));
+        let found = run(&["identify", "--log", &train, "--validate", &held_out, "-o", &model, "--json"]);
+        let found = json_schema::answer("identify", found.stdout);
+        let rotors = found["rotors"].as_array().expect("a list");
+        assert_eq!(rotors.len(), 4);
+        assert!(
+            has_code(&found, "no_common_model"),
+            "a dead zone of a fifth in two of them, and none in the others"
+        );
+        // The delay is rotors 1 and 2's, and each model has its own.
+        let delay = |at: usize| number(&rotors[at], &["actuator", "delay"]);
+        assert!([0, 1].iter().all(|at| (delay(*at) - 0.03).abs() < 1e-3), "{rotors:?}");
+        let own = fs::read_to_string(desk.path("model_rotor_2.toml")).expect("beside the model of all");
+        assert!(own.contains("transport_delay"), "{own}");
+        assert!(desk.path("model_rotor_4.toml").exists() && desk.path("model.toml").exists());
+        // Each rotor's own file is written over as little as the model that was named.
+        let other = text(&desk.path("other.toml"));
+        desk.write("other_rotor_3.toml", "mine");
+        refused(&["identify", "--log", &train, "-o", &other], &["other_rotor_3.toml", "is there already"]);
+        assert!(!Path::new(&other).exists() && !desk.path("other_rotor_1.toml").exists());
+        assert_eq!(fs::read_to_string(desk.path("other_rotor_3.toml")).expect("as it was"), "mine");
+    }
 }

@@ -18,27 +18,6 @@ fn no_answer_depends_on_the_number_of_threads() {
     assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
 }
 
-/// Of a log that is long enough for its fits, its columns and its rows to be spread over threads, too.
-#[test]
-fn no_answer_about_a_long_log_depends_on_the_number_of_threads() {
-    let desk = Desk::new();
-    let bench = "name = \"fast\"\nperiod_s = 0.001\n[guard]\nslew_per_s = 100\n";
-    let bench = desk.write("bench.toml", bench).display().to_string();
-    let (log, model) =
-        (desk.path("log.csv").display().to_string(), desk.path("better.toml").display().to_string());
-    let drive =
-        ["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03", "--config", &bench];
-    // Two readings of 27,000 rows each: more residuals than `parallel_residuals`.
-    let own = ["--duration", "27", "--hide", "gravity_pendulum:moment=0.4", "-o", &log];
-    let output = run(&[&drive[..], &own[..]].concat());
-    assert!(output.status.success(), "{}", said(&output));
-    is_the_same(&["import", &log, "--json"]);
-    is_the_same(&["compare", "--log", &log, "--json"]);
-    is_the_same(&["identify", "--log", &log, "--json"]);
-    let extend = ["extend", "--effect", "gravity_pendulum", "--log", &log, "--json", "--force", "-o", &model];
-    is_the_same(&extend);
-}
-
 /// The same bytes with one thread, with two and with five.
 fn is_the_same(command: &[&str]) {
     let answer = |threads: &str| {
@@ -48,4 +27,31 @@ fn is_the_same(command: &[&str]) {
     };
     let one = answer("1");
     assert!(["2", "5"].iter().all(|threads| answer(threads) == one), "{command:?}");
+}
+
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    /// Of a log that is long enough for its fits, its columns and its rows to be spread over threads, too.
+    #[test]
+    fn no_answer_about_a_long_log_depends_on_the_number_of_threads() {
+        let desk = Desk::new();
+        let bench = "name = \"fast\"\nperiod_s = 0.001\n[guard]\nslew_per_s = 100\n";
+        let bench = desk.write("bench.toml", bench).display().to_string();
+        let (log, model) =
+            (desk.path("log.csv").display().to_string(), desk.path("better.toml").display().to_string());
+        let drive =
+            ["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03", "--config", &bench];
+        // Two readings of 27,000 rows each: more residuals than `parallel_residuals`.
+        let own = ["--duration", "27", "--hide", "gravity_pendulum:moment=0.4", "-o", &log];
+        let output = run(&[&drive[..], &own[..]].concat());
+        assert!(output.status.success(), "{}", said(&output));
+        is_the_same(&["import", &log, "--json"]);
+        is_the_same(&["compare", "--log", &log, "--json"]);
+        is_the_same(&["identify", "--log", &log, "--json"]);
+        let extend =
+            ["extend", "--effect", "gravity_pendulum", "--log", &log, "--json", "--force", "-o", &model];
+        is_the_same(&extend);
+    }
 }
