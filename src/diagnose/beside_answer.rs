@@ -158,4 +158,24 @@ mod tests {
         let widths = values("command_dead_zone", "width");
         assert!(widths.len() == 1 && widths[0] > 0.0 && widths[0] < 1e-3, "{widths:?}");
     }
+
+    /// What the named one was taken for may be the other one's doing: then it is nothing beside that.
+    #[test]
+    fn an_effect_stands_beside_one_that_is_nothing_then_and_not_the_other_way_round() {
+        let (base, split) = (Model::paper(), super::super::tests::split());
+        let known = base.known_effects().expect("the catalogue");
+        let search = Search { base: &base, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let law = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let mut fitted = super::super::tests::leaves(vec![0.0; super::super::tests::ROWS]);
+        for (id, number, value, error) in
+            [("command_dead_zone", "width", 0.01, 1e-3), ("transport_delay", "delay", 0.002, 0.002)]
+        {
+            fitted.model = fitted.model.with(law(id));
+            fitted.model.set_parameter(&format!("{id}.{number}"), value);
+            fitted.model.standard_errors.insert(format!("{id}.{number}"), error);
+            fitted.effects.push(id.to_owned());
+        }
+        assert!(search.can_stand_beside(law("command_dead_zone"), &fitted, &split));
+        assert!(!search.can_stand_beside(law("transport_delay"), &fitted, &split));
+    }
 }

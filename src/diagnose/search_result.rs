@@ -128,3 +128,41 @@ impl SearchResult {
         if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 1.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{ROWS, leaves, split};
+    use super::*;
+
+    /// Numbers that the answer does not show, of the base as it is or of an effect that is not in it, are none of the reader's.
+    #[test]
+    fn of_an_effect_that_nobody_named_the_numbers_shown_are_said_together() {
+        let mut answer = leaves(vec![0.0; ROWS]);
+        let base = answer.clone();
+        answer.effects = vec!["transport_delay".to_owned()];
+        answer.model.set_parameter("pole", 16.0);
+        let mut found = SearchResult::of_one(split(), [base.clone(), base, answer], vec!["pole".to_owned()]);
+        let shift = |parameter: &str, effect: &str, shift: f64| {
+            let (parameter, effect) = (parameter.to_owned(), effect.to_owned());
+            UnnamedShift { parameter, effect, shift }
+        };
+        found.shifts = vec![
+            shift("pole", "telemetry_lag", -0.5),
+            shift("steady_rate_linear", "telemetry_lag", 3.0),
+            shift("transport_delay.delay", "quadratic_rotor_drag", 0.001),
+            shift("slew_rate_limit.rate", "telemetry_lag", 9.0),
+        ];
+        let said = found.unnamed_effects();
+        let numbers = |finding: &Finding| (finding.subject.clone(), finding.texts("numbers").to_vec());
+        let said_of = |effect: &str, number: &str| (effect.to_owned(), vec![number.to_owned()]);
+        assert_eq!(
+            said.iter().map(numbers).collect::<Vec<_>>(),
+            [said_of("quadratic_rotor_drag", "transport_delay.delay"), said_of("telemetry_lag", "pole")]
+        );
+        assert_eq!(said[1].numbers("beside_it"), [15.5]);
+        found.shifts[2].effect = "telemetry_lag".to_owned();
+        let together = found.unnamed_effects();
+        assert_eq!(together.len(), 1, "one sentence of one effect: {together:?}");
+        assert_eq!(together[0].texts("numbers"), ["pole", "transport_delay.delay"]);
+    }
+}

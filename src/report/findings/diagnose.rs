@@ -1,5 +1,6 @@
 //! Sentences for what `diagnose` finds.
 
+use crate::model::Model;
 use crate::screening::Finding;
 use crate::unit::{short, with_error};
 
@@ -39,7 +40,7 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "error_for_unnamed" => {
             let numbers = finding.texts("numbers").iter().zip(finding.numbers("beside_it"));
             let numbers: Vec<String> =
-                numbers.map(|(name, value)| format!("{name} would be {}", short(*value))).collect();
+                numbers.map(|(name, value)| format!("{} would be {}", shown(name), short(*value))).collect();
             format!("with {subject} in the model, too, {}: the ± allows for that", numbers.join(", "))
         }
         "slow_drift" => format!(
@@ -118,8 +119,31 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
     Some(sentence)
 }
 
+/// A number's name, with the symbol that stands for it above where it is one of the base's own.
+fn shown(name: &str) -> String {
+    match Model::base_parameter_unit(name) {
+        _ if name.contains('.') => name.to_owned(),
+        (_, symbol) => format!("{name} ({symbol})"),
+    }
+}
+
 /// `1 to 16 s, 100 to 115 s`.
 fn stretches(finding: &Finding) -> String {
     let ends = finding.numbers("from_s").iter().zip(finding.numbers("to_s"));
     ends.map(|(from, to)| format!("{from:.0} to {to:.0} s")).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_number_would_be_beside_another_effect_is_said_with_its_symbol() {
+        let names = ["pole", "slew_rate_limit.rate"].map(str::to_owned).to_vec();
+        let finding = Finding::new("error_for_unnamed", "quadratic_rotor_drag");
+        let finding = finding.with("numbers", names).with("beside_it", vec![16.0, 2935.6]);
+        let said = "with quadratic_rotor_drag in the model, too, pole (p) would be 16, slew_rate_limit.rate would be 2935.6: the ± allows \
+                    for that";
+        assert_eq!(sentence(&finding).as_deref(), Some(said));
+    }
 }
