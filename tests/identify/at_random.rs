@@ -11,17 +11,17 @@ use super::bench::{bench, prbs, run};
 /// log, the degree of g(u) too, within 2 % and within 3 standard errors. With other seeds one of 80 honest normal errors
 /// would lie beyond 3 with a chance of 80 × 0.0027 = 20 %; with these none does, and none may.
 #[test]
-fn five_of_twenty_benches_drawn_at_random_are_found() {
-    benches_are_found(|draw| draw % 4 == 0);
+fn two_of_twenty_benches_drawn_at_random_are_found() {
+    benches_are_found(|draw| draw % 10 == 0);
 }
 
-/// `tools/test --all` runs it.
+/// `tools/test --all` runs them.
 mod at_length {
     use super::*;
 
     #[test]
-    fn five_more_of_twenty_benches_drawn_at_random_are_found() {
-        benches_are_found(|draw| draw % 4 == 2);
+    fn eight_more_of_twenty_benches_drawn_at_random_are_found() {
+        benches_are_found(|draw| draw % 2 == 0 && draw % 10 != 0);
     }
 
     #[test]
