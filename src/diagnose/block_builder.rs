@@ -8,7 +8,7 @@ use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::directions::Directions;
-use super::gyro_and_angle::BehindAngle;
+use super::gyro_and_angle::{BehindAngle, BiasDrift};
 use super::refusal::EffectRefusal;
 use super::rotor_block::{RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
@@ -371,16 +371,26 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<E
         // A torque command stands in for rotor rates only where the law does not look at them.
         (!logs.iter().all(there)).then(|| EffectRefusal::ColumnLacking { column: need.clone() })
     });
-    let of_gyro = || {
-        let is_made = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
-        if effect.site == Site::BodyRateSensor && effect.card.is_some() && logs.iter().any(is_made) {
-            return Some(EffectRefusal::RateOfAngle);
-        }
-        let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
-        let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;
-        Some(EffectRefusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
-    };
-    lacking.or_else(of_gyro).or_else(|| refused_by_ways(effect, model, logs))
+    lacking.or_else(|| refused_by_gyro(effect, logs)).or_else(|| refused_by_ways(effect, model, logs))
+}
+
+/// Why the gyro cannot show an effect of its own.
+fn refused_by_gyro(effect: &Effect, logs: &[ScreenedLog]) -> Option<EffectRefusal> {
+    if effect.site != Site::BodyRateSensor {
+        return None;
+    }
+    let is_made = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
+    if effect.card.is_some() && logs.iter().any(is_made) {
+        return Some(EffectRefusal::RateOfAngle);
+    }
+    if matches!(effect.law, Law::Memory(_)) {
+        let shown = BehindAngle::of(logs).filter(|shown| shown.is_none())?;
+        let (lag_ms, error_ms) = (1e3 * shown.lag, 1e3 * shown.error);
+        return Some(EffectRefusal::AngleShowsNoLag { lag_ms, error_ms });
+    }
+    let is_constant = effect.card.and_then(|card| card.acts_as) == Some(Term::Constant);
+    let drift = is_constant.then(|| BiasDrift::of(logs)).flatten()?;
+    Some(EffectRefusal::BiasDrifts { least_rad_s: drift.least, most_rad_s: drift.most })
 }
 
 /// Why the rows on their way to a new level cannot show an effect.

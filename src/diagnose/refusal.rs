@@ -9,6 +9,11 @@ fn tenths(value: f64) -> String {
     short((10.0 * value).round() / 10.0)
 }
 
+/// To two digits.
+fn two_digits(value: f64) -> String {
+    format!("{value:.1e}").parse().map_or_else(|_| short(value), short)
+}
+
 /// Why an effect is not tried, or was refused after it had been.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
@@ -61,6 +66,18 @@ pub enum EffectRefusal {
         lag_ms: f64,
         /// [ms] its standard error.
         error_ms: f64,
+    },
+    /// A constant of the gyro, and held against the measured angle it is none.
+    #[error(
+        "the gyro's bias drifts: beside the slope of the measured angle it goes from {} to {} rad/s",
+        two_digits(*least_rad_s),
+        two_digits(*most_rad_s)
+    )]
+    BiasDrifts {
+        /// [rad/s] the least bias of a part of the logs.
+        least_rad_s: f64,
+        /// [rad/s] the most.
+        most_rad_s: f64,
     },
     /// A law of the gyro, and no gyro measured the rate.
     #[error("the rate is a difference of the angle: no gyro measured it")]

@@ -49,6 +49,12 @@ crate::thresholds! {
     behind_angle_errors: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
     /// lag of the gyro behind the angle below which it is none.
     behind_angle_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
+    /// parts of the logs whose biases of the gyro are held against each other.
+    drift_parts: usize = 20, "count", "judgement";
+    /// squared steps between neighbouring biases over the squares about their mean below which they drift: without order it is two.
+    drift_ratio: f64 = 0.61, "-", "drawn normal biases of twenty parts: one in ten thousand";
+    /// standard deviation of a drifting bias over its mean from which on it is no constant.
+    drift_of_bias: f64 = 0.25, "-", "judgement";
     /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable
     most_slow_starts: usize = 4, "count", "judgement";
     /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise
