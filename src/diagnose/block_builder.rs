@@ -206,7 +206,8 @@ impl Driver<'_> {
         drop(left);
         let Rates { at, mean, propagated: noise } = rates;
         let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
-        for (row, lack) in run.rows.clone().zip(&lacks) {
+        // What comes before is not run through.
+        for (row, lack) in run.rows.clone().zip(&lacks).skip(run.begins) {
             let within = row - run.rows.start;
             let next = lacks.get(within + 1).unwrap_or(lack);
             at[row] = trace.rate[within] + lack;

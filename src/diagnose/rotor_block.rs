@@ -36,6 +36,10 @@ pub struct RotorRun {
     pub measured: Cells,
     /// Whether the sample counts.
     pub counts: Vec<bool>,
+    /// Its first sample of which the rate is free in a fit: what comes before, behind a hole, does not count, and is not run through.
+    pub begins: usize,
+    /// [rad/s] between which that rate may be: a fit would else make up for anything by one that no rotor has, where nothing counts.
+    pub begins_within: (f64, f64),
 }
 
 impl RotorRun {
@@ -74,6 +78,8 @@ impl RotorRun {
             voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
             counts: self.counts[from..from + count].to_vec(),
+            begins: self.begins.saturating_sub(from),
+            begins_within: self.begins_within,
         }
     }
 
@@ -92,9 +98,9 @@ impl RotorRun {
         }
     }
 
-    /// [rad/s] the first measured rate.
+    /// [rad/s] the first measured rate from where it begins.
     fn first_rate(&self) -> Option<f64> {
-        self.measured.iter().copied().find(|rate| rate.is_finite())
+        self.measured.iter().skip(self.begins).copied().find(|rate| rate.is_finite())
     }
 }
 
@@ -109,16 +115,20 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
             let Some(rates) = screened.dataset().cells(&rates) else { continue };
             let data = judged.data();
             for rows in judged.runs().iter().cloned() {
+                let time = data.time.part(rows.clone());
+                let counts: Vec<bool> = rows.clone().map(|row| judged.is_scored(row)).collect();
                 runs.push(RotorRun {
                     log,
                     rotor,
                     voltage: judged.voltage().map(|voltage| voltage.part(rows.clone())),
-                    time: data.time.part(rows.clone()),
                     command: data.command.part(rows.clone()),
                     command_from: data.command_from.as_ref().map(|from| from.part(rows.clone())),
                     delay_unknown: data.delay_unknown,
                     delay_found: data.delay_found,
-                    counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
+                    begins: first_that_counts(&time, &counts, &rates[rows.clone()]),
+                    begins_within: plausible_rates(&rates[rows.clone()]),
+                    time,
+                    counts,
                     measured: rates.part(rows.clone()),
                     rows,
                 });
@@ -126,6 +136,19 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
         }
     }
     runs
+}
+
+/// The first sample that counts and was measured, where it comes soon; else the first one: the rotor may have stood until then.
+fn first_that_counts(time: &[f64], counts: &[bool], measured: &[f64]) -> usize {
+    let first = counts.iter().zip(measured).position(|(counts, rate)| *counts && rate.is_finite());
+    let soon = |first: &usize| time[*first] - time[0] <= THRESHOLDS.longest_uncounted_start_s;
+    first.filter(soon).unwrap_or(0)
+}
+
+/// [rad/s] between which a rotor's rate may be where its run begins: at rest, or twice the greatest measured.
+fn plausible_rates(measured: &[f64]) -> (f64, f64) {
+    let finite = measured.iter().copied().filter(|rate| rate.is_finite());
+    finite.fold((0.0, 0.0), |(lowest, highest), rate| (rate.min(lowest), (2.0 * rate).max(highest)))
 }
 
 /// The rows of the residuals of these runs in which a rate was measured.
@@ -174,8 +197,10 @@ pub fn simulate(
 
 fn start(run: &RotorRun, before: Option<Remembered>, locals: &[f64]) -> RotorStart {
     let departure = locals.first().copied().unwrap_or(0.0);
+    let (lowest, highest) = run.begins_within;
     RotorStart {
-        rate: run.first_rate().map(|rate| rate + departure),
+        rate: run.first_rate().map(|rate| (rate + departure).max(lowest).min(highest)),
+        rate_holds_until: run.time.get(run.begins).copied().filter(|_| run.begins > 0),
         slow: locals.get(1).copied().unwrap_or(0.0),
         before,
         is_first: run.rows.start == 0,
@@ -237,5 +262,36 @@ mod tests {
         let often: Vec<usize> = (0..200).map(|index| 5 * index).collect();
         let cut = fold_stretches(&rotor_runs(&[log(1000, &often, 2000).into()]), 30);
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
+    }
+
+    /// What does not count where a run begins, as behind a hole, tells nothing of its rate, and the run begins where it does.
+    #[test]
+    fn a_run_begins_where_it_counts() {
+        let mut run = rotor_runs(&[log(300, &[], 900).into()]).remove(0);
+        assert_eq!((run.begins, start(&run, None, &[]).rate_holds_until), (0, None));
+        let time: Vec<f64> = run.time.to_vec();
+        let mut counts = vec![true; 300];
+        counts[..12].fill(false);
+        assert_eq!(first_that_counts(&time, &counts, &run.measured), 12);
+        counts[..40].fill(false);
+        assert_eq!(first_that_counts(&time, &counts, &run.measured), 0, "0.4 s: it may have stood");
+        counts.fill(false);
+        assert_eq!(first_that_counts(&time, &counts, &run.measured), 0);
+        run.begins = 12;
+        let begun = start(&run, None, &[7.0]);
+        assert_eq!(begun.rate_holds_until, Some(time[12]));
+        assert_eq!(begun.rate, Some(run.measured[12] + 7.0));
+        assert_eq!(run.cut(5, 100).begins, 7);
+        assert_eq!(run.cut(50, 100).begins, 0);
+    }
+
+    #[test]
+    fn no_run_begins_with_a_rate_that_no_rotor_has() {
+        let run = rotor_runs(&[log(300, &[], 900).into()]).remove(0);
+        let greatest = run.measured.iter().copied().fold(0.0, f64::max);
+        let begun = |departure: f64| start(&run, None, &[departure]).rate.expect("measured");
+        assert!(greatest > 0.0);
+        assert_eq!([begun(-5000.0), begun(1e6)], [0.0, 2.0 * greatest]);
+        assert_eq!(begun(1.5), run.measured[0] + 1.5);
     }
 }

@@ -49,6 +49,8 @@ crate::thresholds! {
     behind_angle_errors: f64 = 3.0, "standard errors", "normal distribution: 0.3 %";
     /// lag of the gyro behind the angle below which it is none.
     behind_angle_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
+    /// what does not count where a run begins, up to so long, is not run through: the rate is free where it first counts.
+    longest_uncounted_start_s: f64 = 0.25, "s", "transients of real logs behind a hole";
     /// parts of the logs whose biases of the gyro are held against each other.
     drift_parts: usize = 20, "count", "judgement";
     /// squared steps between neighbouring biases over the squares about their mean below which they drift: without order it is two.

@@ -38,14 +38,15 @@ impl Equations {
         }
         let mut pieces = Vec::with_capacity(2 * input.time.len());
         let mut strides = Strides::of(self);
-        let arrival = self.arrival(input);
+        let goes_on_until = start.goes_on_until(self.arrival(input));
         let mut in_force = 0;
         for (row, times) in input.time.windows(2).enumerate() {
             let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
             let mut from = times[0];
             while from < times[1] {
-                let waits = start.waits(from, arrival);
-                let to = self.held_until(input, &mut in_force, (from, times[1]), waits.then_some(arrival));
+                let waits = start.rate.is_some() && from < goes_on_until;
+                let to =
+                    self.held_until(input, &mut in_force, (from, times[1]), waits.then_some(goes_on_until));
                 let response = strides.over(to - from).response;
                 let (command, time) = (*input.command.get(in_force)?, times[0]);
                 let begins_row = from == times[0];
@@ -119,15 +120,22 @@ mod tests {
             let equations = model.equations().expect("known");
             for (command_from, voltage) in [(None, None), (Some(&from[..]), Some(&voltage[..]))] {
                 let input = RotorInput { time: &time, command: &command, command_from, voltage, side: 1.0 };
-                for (rate, is_first) in [(None, true), (Some(300.0), true), (Some(300.0), false)] {
-                    let start = RotorStart { rate, is_first, ..RotorStart::default() };
+                let found = Some(300.0);
+                for (rate, is_first, until) in [
+                    (None, true, None),
+                    (found, true, None),
+                    (found, false, None),
+                    (found, false, Some(0.13)),
+                ] {
+                    let start =
+                        RotorStart { rate, is_first, rate_holds_until: until, ..RotorStart::default() };
                     let path = equations.lag_path(&input, &start).expect("a lag");
                     let (mut whole, mut along) = (vec![0.0; rows], vec![0.0; rows]);
                     equations.rotor_readings(&input, &start, &mut whole);
                     equations.readings_along(&path, &start, &mut along);
                     // Spans that are the same but for rounding share a response.
                     let is_same = whole.iter().zip(&along).all(|(a, b)| (a - b).abs() < 1e-6);
-                    assert!(is_same, "{step} {delay} {rate:?} {is_first}");
+                    assert!(is_same, "{step} {delay} {rate:?} {is_first} {until:?}");
                 }
             }
         }

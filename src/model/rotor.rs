@@ -55,7 +55,8 @@ impl Equations {
             return;
         }
         let state = self.initial_state(point, start);
-        let is_simple = self.command_delay == 0.0 && input.command_from.is_none() && !trace.wants_squares();
+        let follows_at_once = self.command_delay == 0.0 && start.rate_holds_until.is_none();
+        let is_simple = follows_at_once && input.command_from.is_none() && !trace.wants_squares();
         if self.is_lag() && is_simple {
             self.simulate_lag(input, state, trace);
             return;
@@ -77,7 +78,8 @@ impl Equations {
         let mut strides = Strides::of(self);
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
-        let arrival = self.arrival(input);
+        let goes_on_until = start.goes_on_until(self.arrival(input));
+        // Only where they are asked for: two divisions more a row.
         let wants_squares = trace.wants_squares();
         for row in 0..input.time.len() {
             cancel::check_at(row);
@@ -92,18 +94,18 @@ impl Equations {
             let mut from = *now;
             let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
-                let waits = start.rate.filter(|_| start.waits(from, arrival));
-                let to = self.held_until(input, &mut delayed, (from, *next), waits.map(|_| arrival));
+                let waits = start.rate.filter(|_| from < goes_on_until);
+                let to = self.held_until(input, &mut delayed, (from, *next), waits.map(|_| goes_on_until));
                 if self.hold_rotor(&mut point, input, (delayed, row)).is_none() {
                     return;
                 }
                 point.steady_rate = waits.unwrap_or(point.steady_rate);
-                let span = to - from;
-                let before = state.rate;
+                let (span, before) = (to - from, state.rate);
                 let gone =
                     self.go_through(&mut state, &mut point, strides.over(span), (span, trace.wants_means()));
                 turned += gone;
-                // Only where they are asked for: two divisions more a row.
+                // Laws move it from there, which nobody has seen.
+                state.rate = waits.unwrap_or(state.rate);
                 if wants_squares {
                     squares += self.squared_over(before, state.rate, point.steady_rate, gone, span);
                 }

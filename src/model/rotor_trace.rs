@@ -30,6 +30,8 @@ impl<'a> RotorInput<'a> {
 pub struct RotorStart {
     /// [rad/s] rate at the first sample; `None` = the steady one.
     pub rate: Option<f64>,
+    /// [s] time until which that rate holds, whatever is commanded; `None` = the rotor follows at once.
+    pub rate_holds_until: Option<f64>,
     /// Departure of slow states (heat) from the steady state at the first sample.
     pub slow: f64,
     /// What the laws with memory remember of the segment before; `None` = the steady state.
@@ -40,10 +42,10 @@ pub struct RotorStart {
 }
 
 impl RotorStart {
-    /// Whether a rotor goes on as it is found at a time [s] before the first command has arrived.
-    #[inline]
-    pub(super) fn waits(&self, at: f64, arrival: f64) -> bool {
-        self.is_first && self.rate.is_some() && at < arrival
+    /// [s] until when a rotor goes on as it is found: its first command arrives then, or its rate is known of that time.
+    pub(super) fn goes_on_until(&self, arrival: f64) -> f64 {
+        let arrival = if self.is_first { arrival } else { f64::NEG_INFINITY };
+        self.rate_holds_until.map_or(arrival, |known| known.max(arrival))
     }
 }
 

@@ -210,6 +210,29 @@ fn a_rotor_with_a_dead_time_goes_on_as_it_is_found() {
     }
 }
 
+/// The rate is known of a time, and not what was before: laws that would move it until then do not.
+#[test]
+fn a_rotor_whose_rate_is_known_of_a_later_time_goes_on_from_there() {
+    let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
+    let input =
+        RotorInput { time: &time, command: &[0.5; 100], command_from: None, voltage: None, side: 1.0 };
+    let (low, known) = (500.0, 0.13);
+    let start = RotorStart { rate: Some(low), rate_holds_until: Some(known), ..RotorStart::default() };
+    let run = |model: &Model| {
+        let mut trace = RotorTrace::default();
+        model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
+        trace.rate
+    };
+    let high = Model::paper().steady_rate(0.5);
+    for (at, rate) in time.iter().zip(run(&Model::paper())) {
+        let exact = high + (low - high) * (-16.0 * (at - known).max(0.0)).exp();
+        assert!((rate - exact).abs() < 1e-9, "{at}: {rate} {exact}");
+    }
+    let heated = Model::paper().with(&Model::paper().effect("motor_heating").expect("known"));
+    let rates = run(&heated);
+    assert!(rates[..7].iter().all(|rate| *rate == low) && rates[7] != low, "{:?}", &rates[..8]);
+}
+
 /// The body under a constant torque: half t squared.
 #[test]
 fn the_rigid_body_is_exact() {

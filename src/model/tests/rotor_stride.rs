@@ -23,7 +23,8 @@ const DRAG: (&str, &str, f64) = ("speed_dependent_pole", "slope", 0.5);
 const TELEMETRY: (&str, &str, f64) = ("telemetry_lag", "pole", 40.0);
 
 /// [rad/s] not at the steady rate, of which each law has its own.
-const START: RotorStart = RotorStart { rate: Some(500.0), slow: 0.0, before: None, is_first: false };
+const START: RotorStart =
+    RotorStart { rate: Some(500.0), rate_holds_until: None, slow: 0.0, before: None, is_first: false };
 
 /// Rows at intervals that come back in turns and singly, each cut into parts; a command for each row.
 fn clock(parts: usize) -> (Vec<f64>, Vec<f64>) {
