@@ -30,6 +30,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     for found in blocks {
         warnings.extend(found.split.insufficient_data().and_then(insufficient));
         warnings.extend(of_other_bench(found));
+        warnings.extend(found.split.holds_levels.then(|| Finding::new("levels_held", "rotors")));
         warnings.extend(found.split.is_at_rest().then(|| Finding::new("no_transients", "rotors")));
         warnings.extend(one_direction(logs, found));
         warnings.extend(delay_or_late_reading(logs, blocks, found));

@@ -28,6 +28,8 @@ pub struct DataSplit {
     too_seldom: Option<EffectRefusal>,
     /// Nothing shows how a rotor follows its command: its pole is no number of these data.
     is_at_rest: bool,
+    /// The base's curve and k_V stay as they are: fitted on a part of the levels they do worse on the others.
+    pub(crate) holds_levels: bool,
 }
 
 impl DataSplit {
@@ -69,6 +71,7 @@ impl DataSplit {
             is_body_held: false,
             too_seldom: None,
             is_at_rest: false,
+            holds_levels: false,
         }
     }
 
@@ -127,9 +130,9 @@ impl DataSplit {
     pub fn base_parameters(&self, model: &Model) -> Vec<String> {
         let names = if self.train.is_rotor() { model.rotor_parameters() } else { model.body_parameters() };
         let usable = |name: &&str| match *name {
-            "voltage_gain" => self.has_voltage(),
+            "voltage_gain" => self.has_voltage() && !self.holds_levels,
             "pole" => !self.is_at_rest,
-            _ => true,
+            _ => !self.holds_levels,
         };
         names.into_iter().filter(usable).map(str::to_owned).collect()
     }

@@ -110,12 +110,23 @@ impl Search<'_> {
         ids: &[String],
         near: &[Near],
     ) -> (CandidateFit, CandidateFit, CandidateFit) {
-        let base_names = split.base_parameters(self.base);
         let Some(near) = near_of(near, split, ids) else {
             let (nominal, refitted) = self.bases(split);
+            let base_names = split.base_parameters(self.base);
             let best = self.with(&refitted, ids, &base_names, split);
+            if split.holds_levels {
+                // As a search does where it finds these effects beside free levels only.
+                let mut free = split.clone();
+                let free_base = self.with_free_levels(&mut free);
+                let beside_free = self.with(&free_base, ids, &free.base_parameters(self.base), &free);
+                if beside_free.validate(&free) < best.validate(split) {
+                    *split = free;
+                    return (nominal, free_base, beside_free);
+                }
+            }
             return (nominal, refitted, best);
         };
+        let base_names = split.base_parameters(self.base);
         split.set_sigma(near.sigma);
         let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);

@@ -15,11 +15,26 @@ use super::thresholds::THRESHOLDS;
 use super::unnamed;
 
 impl Search<'_> {
-    /// Searches one block.
+    /// Searches one block. Where nothing is found beside levels that are held, it is looked for beside free ones.
     #[must_use]
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
+        let bases = self.bases(&mut split);
+        let found = self.beside(split, bases);
+        if !found.split.holds_levels || !found.answer.effects.is_empty() {
+            return found;
+        }
+        let mut split = found.split;
+        let refitted = self.with_free_levels(&mut split);
+        self.beside(split, (found.nominal, refitted))
+    }
+
+    /// The search from the base as it is and refitted.
+    fn beside(
+        &self,
+        split: DataSplit,
+        (nominal, mut refitted): (CandidateFit, CandidateFit),
+    ) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let (nominal, mut refitted) = self.bases(&mut split);
         let mut singles = self.singles(&split, (&nominal, &refitted), &base_names);
         if let Some(better) = self.base_of_single(&split, &refitted, &singles, &base_names) {
             refitted = better;
@@ -250,6 +265,36 @@ mod tests {
         let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         DataSplit::new(data.clone(), Some(data))
+    }
+
+    /// Levels of which each third lies off the curve by another step: what is fitted to two thirds is off at the others.
+    #[test]
+    fn a_curve_that_parts_of_the_levels_do_not_say_is_held() {
+        let level_of = |row: usize| row / (ROWS / 12);
+        let off = |row: usize| if level_of(row).is_multiple_of(3) { 20.0 } else { -10.0 };
+        let at = |row: usize| 0.3 + 0.5 * (level_of(row) * 5 % 12) as f64 / 12.0;
+        let command: Vec<f64> = (0..ROWS).map(at).collect();
+        let model = Model::paper();
+        let (mut rate, share) = (model.steady_rate(at(0)) + off(0), -(-0.01 * model.actuator.pole).exp_m1());
+        let rates = (0..ROWS).map(|row| {
+            let read = rate;
+            rate += share * (model.steady_rate(command[row]) + off(row) - rate);
+            read
+        });
+        let rates = rates.collect();
+        let time = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+        let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
+        let block = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+        let known = model.known_effects().expect("the catalogue");
+        let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let mut thirds = DataSplit::new(block.clone(), None);
+        let (nominal, refitted) = search.bases(&mut thirds);
+        assert!(thirds.holds_levels, "{} {}", nominal.validate(&thirds), refitted.validate(&thirds));
+        assert_eq!(refitted.names, ["pole"]);
+        // Another log is held out, and says what the curve is worth.
+        let mut two_logs = DataSplit::new(block.clone(), Some(block));
+        search.bases(&mut two_logs);
+        assert!(!two_logs.holds_levels);
     }
 
     /// A base fit that ended in another valley, and an effect beside which it did not.

@@ -6,6 +6,7 @@ use super::data_split::DataSplit;
 use super::model_selection::{ran_off, weigh_channels};
 use super::progress::SearchEvent;
 use super::refusal::EffectRefusal;
+use super::thresholds::THRESHOLDS;
 use crate::model::{Effect, Model};
 
 /// A search under way.
@@ -34,10 +35,23 @@ impl<'a> Search<'a> {
         let base_names = split.base_parameters(self.base);
         let first = self.candidate(self.base, &[], &base_names).run(split);
         weigh_channels(split, &first);
-        (
-            self.candidate(self.base, &[], &[]).run(split),
-            self.candidate(self.base, &[], &base_names).run(split),
-        )
+        let nominal = self.candidate(self.base, &[], &[]).run(split);
+        let refitted = self.candidate(self.base, &[], &base_names).run(split);
+        let limit = THRESHOLDS.refitted_worse.powi(2) * nominal.validate(split);
+        if split.folds.is_empty() || !split.train.is_rotor() || refitted.validate(split) <= limit {
+            return (nominal, refitted);
+        }
+        // They came from these very rows, and a part of the levels does not say them: effects would be taken for what that costs.
+        split.holds_levels = true;
+        let base_names = split.base_parameters(self.base);
+        let refitted = self.candidate(self.base, &[], &base_names).run(split);
+        (nominal, refitted)
+    }
+
+    /// The refitted baseline with all of the base's numbers free, whatever that costs on what is held out.
+    pub(crate) fn with_free_levels(&self, split: &mut DataSplit) -> CandidateFit {
+        split.holds_levels = false;
+        self.candidate(self.base, &[], &split.base_parameters(self.base)).run(split)
     }
 
     /// Whether a fit ended where no fit is to end: its effects explain what that gets wrong.
