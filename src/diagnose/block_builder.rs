@@ -196,8 +196,10 @@ impl Driver<'_> {
     fn correct_by_measured(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
         let mut trace = RotorTrace::default();
         simulate(self.equations, run, None, locals, &mut trace);
-        let left: Vec<f64> =
+        let mut left: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
+        // What comes before is not run through.
+        left[..run.begins].fill(f64::NAN);
         let noise = ChannelNoise::of(run.measured.iter().copied());
         let (modelled, whole) = (|row: usize| trace.measured[row], 0..left.len());
         let noise = noise.in_residual((&left, &modelled), std::slice::from_ref(&whole), 0.0, 1.0);
@@ -206,7 +208,6 @@ impl Driver<'_> {
         drop(left);
         let Rates { at, mean, propagated: noise } = rates;
         let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
-        // What comes before is not run through.
         for (row, lack) in run.rows.clone().zip(&lacks).skip(run.begins) {
             let within = row - run.rows.start;
             let next = lacks.get(within + 1).unwrap_or(lack);
@@ -390,7 +391,7 @@ fn refused_by_gyro(effect: &Effect, logs: &[ScreenedLog]) -> Option<EffectRefusa
         return Some(EffectRefusal::AngleShowsNoLag { lag_ms, error_ms });
     }
     let is_constant = effect.card.and_then(|card| card.acts_as) == Some(Term::Constant);
-    let drift = is_constant.then(|| BiasDrift::of(logs)).flatten()?;
+    let drift = is_constant.then(|| logs.iter().find_map(BiasDrift::of)).flatten()?;
     Some(EffectRefusal::BiasDrifts { least_rad_s: drift.least, most_rad_s: drift.most })
 }
 

@@ -128,11 +128,19 @@ impl DataSplit {
     /// Base parameters of this block that a fit may change.
     #[must_use]
     pub fn base_parameters(&self, model: &Model) -> Vec<String> {
+        let is_held = |name: &String| self.holds_levels && name != "pole";
+        let mut names = self.all_base_parameters(model);
+        names.retain(|name| !is_held(name));
+        names
+    }
+
+    /// The same with those that are held.
+    pub(crate) fn all_base_parameters(&self, model: &Model) -> Vec<String> {
         let names = if self.train.is_rotor() { model.rotor_parameters() } else { model.body_parameters() };
         let usable = |name: &&str| match *name {
-            "voltage_gain" => self.has_voltage() && !self.holds_levels,
+            "voltage_gain" => self.has_voltage(),
             "pole" => !self.is_at_rest,
-            _ => !self.holds_levels,
+            _ => true,
         };
         names.into_iter().filter(usable).map(str::to_owned).collect()
     }

@@ -177,7 +177,7 @@ impl BlockContext<'_> {
     /// a bench that has an effect more than the model, they took up a part of it. Then all are changed that plainly differ. The few that
     /// the rotors' sensors need stand in for the others, and the body feels by how much they fail to.
     pub(crate) fn change_all_that_differ(&self, rotor: &mut SearchResult) -> Result<(), DiagnoseError> {
-        let all = rotor.split.base_parameters(self.model);
+        let all = rotor.split.all_base_parameters(self.model);
         let have_taken_up = !rotor.answer.effects.is_empty() && self.has_estimates(rotor);
         if rotor.changed.len() < THRESHOLDS.numbers_of_another && !have_taken_up {
             return Ok(());

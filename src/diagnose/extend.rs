@@ -83,6 +83,8 @@ pub fn extend(
     }
     findings.extend(allow_for_what_is_missing((model, &known), &[train, validate].concat(), &mut blocks));
     let answers = blocks.found.iter().map(|found| &found.answer);
+    let holds_levels = blocks.found.iter().any(|found| found.split.holds_levels);
+    findings.extend(holds_levels.then(|| Finding::new("levels_held", "rotors")));
     findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
     let mut extended = blocks.merged(model);
     findings.extend(inertia_in_degrees(model.body.inertia, extended.body.inertia));

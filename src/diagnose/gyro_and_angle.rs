@@ -92,26 +92,30 @@ pub(crate) struct BiasDrift {
 }
 
 impl BiasDrift {
-    /// `None` where the angle shows no drift that matters beside the mean. A slow drift makes the biases of neighbouring parts alike, which
+    /// Of one log: after it has been off a gyro may have another bias. `None` where the angle shows no drift that matters beside the mean. A slow drift makes the biases of neighbouring parts alike, which
     /// tells it from noise of any size: the ratio of von Neumann (1941), 2 for parts without order.
-    pub(crate) fn of(logs: &[ScreenedLog]) -> Option<Self> {
-        let Windows { rows, fit, .. } = Windows::of(logs)?;
+    pub(crate) fn of(log: &ScreenedLog) -> Option<Self> {
+        let Windows { rows, fit, .. } = Windows::of(std::slice::from_ref(log))?;
         let scale = fit.coefficients[1];
         let part = |rows: &[[f64; 4]]| {
             let left = |row: &[f64; 4]| fit.coefficients[0] * row[0] + scale * row[1] - row[3];
             rows.iter().map(left).sum::<f64>() / rows.iter().map(|row| scale * row[2]).sum::<f64>()
         };
-        let biases: Vec<f64> = rows.chunks(rows.len().div_ceil(THRESHOLDS.drift_parts)).map(part).collect();
+        let parts = THRESHOLDS.drift_parts;
+        let begin = |at: usize| at * rows.len() / parts;
+        let biases: Vec<f64> = (0..parts).map(|at| part(&rows[begin(at)..begin(at + 1)])).collect();
         let count = biases.len() as f64;
         let mean = biases.iter().sum::<f64>() / count;
         let squares: f64 = biases.iter().map(|bias| (bias - mean).powi(2)).sum();
         let steps: f64 = biases.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
         let is_drift = steps < THRESHOLDS.drift_ratio * squares;
-        let matters = (squares / count).sqrt() > THRESHOLDS.drift_of_bias * mean.abs();
+        let size = (squares / count).sqrt();
+        let matters = size > THRESHOLDS.drift_of_bias * mean.abs() && size > THRESHOLDS.least_drift_rad_s;
         let (least, most) = biases
             .iter()
             .fold((f64::MAX, f64::MIN), |(least, most), bias| (least.min(*bias), most.max(*bias)));
-        (scale > 0.0 && is_drift && matters).then_some(Self { least, most })
+        // Of a body that stands still the slope of the angle is no measure of the gyro's scale.
+        (scale > THRESHOLDS.least_gyro_scale && is_drift && matters).then_some(Self { least, most })
     }
 }
 
@@ -177,7 +181,7 @@ mod tests {
     fn a_bias_that_drifts_is_told_from_one_that_is_there() {
         let drift = |mean: f64, size: f64| {
             let log = with_bias(move |t| mean + size * (t / 15.0).sin(), 0.0, true);
-            BiasDrift::of(std::slice::from_ref(&log))
+            BiasDrift::of(&log)
         };
         assert_eq!([drift(0.0, 0.0), drift(0.0005, 0.0), drift(0.05, 0.0)], [None; 3], "noise");
         let found = drift(0.003, 0.004).expect("more than half of its mean");
@@ -185,7 +189,7 @@ mod tests {
         let least = 0.003 + 0.004 * 3.9_f64.sin();
         assert!((found.least - least).abs() < 5e-4 && (found.most - 0.007).abs() < 5e-4, "{found:?}");
         assert_eq!(drift(0.05, 0.004), None, "a tenth of it: a bias all the same");
-        assert_eq!(BiasDrift::of(&[with_bias(|t| 0.004 * (t / 15.0).sin(), 0.0, false)]), None, "no angle");
+        assert_eq!(BiasDrift::of(&with_bias(|t| 0.004 * (t / 15.0).sin(), 0.0, false)), None, "no angle");
     }
 
     #[test]
@@ -197,8 +201,10 @@ mod tests {
             refusal(&effect, &model, std::slice::from_ref(&log)).map(|refusal| refusal.to_string())
         };
         assert_eq!(why(0.0), None);
+        let two = [0.01, 0.03].map(|bias| with_bias(move |_| bias, 0.0, true));
+        assert_eq!(refusal(&effect, &model, &two), None, "each log has one of its own");
         let said = why(0.004).expect("refused");
-        let begin = "the gyro's bias drifts: beside the slope of the measured angle it goes from -0.0";
+        let begin = "the gyro's bias drifts: beside the slope of the measured angle it is between -0.0";
         assert!(said.starts_with(begin) && said.ends_with(" rad/s"), "{said}");
     }
 }

@@ -56,7 +56,7 @@ impl Search<'_> {
 
     /// The answer with all of the base's own numbers free; `None` where they are, or where they could take its effects' place.
     fn with_base(&self, answer: &CandidateFit, split: &DataSplit) -> Option<CandidateFit> {
-        let base = split.base_parameters(self.base);
+        let base = split.all_base_parameters(self.base);
         let is_free = |name: &String| answer.names.contains(name);
         if answer.effects.is_empty() || base.iter().all(is_free) {
             return None;

@@ -210,6 +210,14 @@ impl OutputError for Problem<'_> {
         self.residuals_along(&[], (globals, locals), out);
     }
 
+    fn local_bounds(&self, unit: usize, index: usize) -> (f64, f64) {
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        match &self.data.runs {
+            Runs::Rotor(runs) if index == 0 => runs.get(unit).map_or(all, RotorRun::departures),
+            _ => all,
+        }
+    }
+
     fn local_scale(&self, index: usize) -> f64 {
         match (&self.data.runs, index) {
             (Runs::Rotor(_), 0) => self.data.sigma[0],
@@ -264,5 +272,27 @@ impl UnitResiduals for BodyUnits<'_> {
                 out,
             );
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rotor_block::rotor_runs;
+    use super::*;
+    use crate::estimation::output_error::validate;
+    use crate::screening::tests::log_with_hole;
+
+    /// What counts comes half a second after a run begins, and only a rate far off would move it.
+    #[test]
+    fn a_fit_begins_no_run_with_a_rate_that_no_rotor_has() {
+        let mut run = rotor_runs(&[log_with_hole(300, &[], 900).into()]).remove(0);
+        run.counts[..50].fill(false);
+        let off = |row: usize| if row < 50 { 0.0 } else { 50.0 };
+        run.measured = run.measured.iter().enumerate().map(|(row, rate)| rate + off(row)).collect();
+        let (lowest, highest) = run.departures();
+        assert!(lowest < 0.0 && highest > 0.0);
+        let data = BlockData::new(Runs::Rotor(vec![run]));
+        let problem = Problem::new(&data, Model::paper(), Vec::new(), &[]);
+        assert_eq!(validate(&problem, &[]).locals, [highest]);
     }
 }

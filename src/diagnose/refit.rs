@@ -22,6 +22,7 @@ pub(crate) struct Near {
     refitted: Model,
     answer: Model,
     effects: Vec<String>,
+    holds_levels: bool,
 }
 
 impl Near {
@@ -33,6 +34,7 @@ impl Near {
             refitted: found.refitted.model.clone(),
             answer: found.answer.model.clone(),
             effects: found.answer.effects.clone(),
+            holds_levels: found.split.holds_levels,
         };
         found.iter().map(of).collect()
     }
@@ -72,6 +74,7 @@ impl Search<'_> {
             // What a part has shown weighs the channels, too.
             Some(near) => {
                 split.set_sigma(near.sigma);
+                split.holds_levels = near.holds_levels;
                 (near.refitted.clone(), self.as_found(&near.answer, ids, &split))
             }
             None => {
@@ -111,9 +114,12 @@ impl Search<'_> {
         near: &[Near],
     ) -> (CandidateFit, CandidateFit, CandidateFit) {
         let Some(near) = near_of(near, split, ids) else {
-            let (nominal, refitted) = self.bases(split);
-            let base_names = split.base_parameters(self.base);
-            let best = self.with(&refitted, ids, &base_names, split);
+            let (nominal, mut refitted) = self.bases(split);
+            // Who asks for other numbers means all of them.
+            if split.holds_levels && ids.is_empty() {
+                refitted = self.with_free_levels(split);
+            }
+            let best = self.with(&refitted, ids, &split.base_parameters(self.base), split);
             if split.holds_levels {
                 // As a search does where it finds these effects beside free levels only.
                 let mut free = split.clone();
@@ -126,8 +132,9 @@ impl Search<'_> {
             }
             return (nominal, refitted, best);
         };
-        let base_names = split.base_parameters(self.base);
         split.set_sigma(near.sigma);
+        split.holds_levels = near.holds_levels;
+        let base_names = split.base_parameters(self.base);
         let first = self.as_found(&near.refitted, &[], split);
         weigh_channels(split, &first);
         let first = first.into_model();

@@ -69,7 +69,7 @@ pub enum EffectRefusal {
     },
     /// A constant of the gyro, and held against the measured angle it is none.
     #[error(
-        "the gyro's bias drifts: beside the slope of the measured angle it goes from {} to {} rad/s",
+        "the gyro's bias drifts: beside the slope of the measured angle it is between {} and {} rad/s",
         two_digits(*least_rad_s),
         two_digits(*most_rad_s)
     )]

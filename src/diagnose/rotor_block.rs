@@ -66,19 +66,20 @@ impl RotorRun {
     /// `count` of its samples from `from` on.
     pub(crate) fn cut(&self, from: usize, count: usize) -> Self {
         let part = |values: &Cells| values.part(from..from + count);
+        let (time, counts) = (part(&self.time), self.counts[from..from + count].to_vec());
         Self {
             log: self.log,
             rotor: self.rotor,
             rows: self.rows.start + from..self.rows.start + from + count,
-            time: part(&self.time),
             command: part(&self.command),
             command_from: self.command_from.as_ref().map(part),
             delay_unknown: self.delay_unknown,
             delay_found: self.delay_found,
             voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
-            counts: self.counts[from..from + count].to_vec(),
-            begins: self.begins.saturating_sub(from),
+            begins: first_that_counts(&time, &counts, &self.measured[from..from + count]),
+            time,
+            counts,
             begins_within: self.begins_within,
         }
     }
@@ -96,6 +97,13 @@ impl RotorRun {
             self.command_from = Some(from.iter().map(|at| at + later).collect());
             self.delay_found = common;
         }
+    }
+
+    /// [rad/s] by how much the rate where it begins may differ from the first one measured there.
+    pub(crate) fn departures(&self) -> (f64, f64) {
+        let (lowest, highest) = self.begins_within;
+        let first = self.first_rate().unwrap_or(0.0);
+        (lowest - first, highest - first)
     }
 
     /// [rad/s] the first measured rate from where it begins.
@@ -148,7 +156,7 @@ fn first_that_counts(time: &[f64], counts: &[bool], measured: &[f64]) -> usize {
 /// [rad/s] between which a rotor's rate may be where its run begins: at rest, or twice the greatest measured.
 fn plausible_rates(measured: &[f64]) -> (f64, f64) {
     let finite = measured.iter().copied().filter(|rate| rate.is_finite());
-    finite.fold((0.0, 0.0), |(lowest, highest), rate| (rate.min(lowest), (2.0 * rate).max(highest)))
+    finite.fold((0.0, 0.0), |(lowest, highest), rate| ((2.0 * rate).min(lowest), (2.0 * rate).max(highest)))
 }
 
 /// The rows of the residuals of these runs in which a rate was measured.
@@ -197,9 +205,8 @@ pub fn simulate(
 
 fn start(run: &RotorRun, before: Option<Remembered>, locals: &[f64]) -> RotorStart {
     let departure = locals.first().copied().unwrap_or(0.0);
-    let (lowest, highest) = run.begins_within;
     RotorStart {
-        rate: run.first_rate().map(|rate| (rate + departure).max(lowest).min(highest)),
+        rate: run.first_rate().map(|rate| rate + departure),
         rate_holds_until: run.time.get(run.begins).copied().filter(|_| run.begins > 0),
         slow: locals.get(1).copied().unwrap_or(0.0),
         before,
@@ -281,17 +288,20 @@ mod tests {
         let begun = start(&run, None, &[7.0]);
         assert_eq!(begun.rate_holds_until, Some(time[12]));
         assert_eq!(begun.rate, Some(run.measured[12] + 7.0));
+        run.counts[..12].fill(false);
         assert_eq!(run.cut(5, 100).begins, 7);
         assert_eq!(run.cut(50, 100).begins, 0);
+        run.measured =
+            run.measured.iter().enumerate().map(|(row, it)| if row < 14 { f64::NAN } else { *it }).collect();
+        assert_eq!(run.cut(5, 100).begins, 9, "the first that was measured, too");
     }
 
     #[test]
     fn no_run_begins_with_a_rate_that_no_rotor_has() {
         let run = rotor_runs(&[log(300, &[], 900).into()]).remove(0);
         let greatest = run.measured.iter().copied().fold(0.0, f64::max);
-        let begun = |departure: f64| start(&run, None, &[departure]).rate.expect("measured");
         assert!(greatest > 0.0);
-        assert_eq!([begun(-5000.0), begun(1e6)], [0.0, 2.0 * greatest]);
-        assert_eq!(begun(1.5), run.measured[0] + 1.5);
+        let first = run.measured[0];
+        assert_eq!(run.departures(), (-first, 2.0 * greatest - first));
     }
 }

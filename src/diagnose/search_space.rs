@@ -38,13 +38,19 @@ impl<'a> Search<'a> {
         let nominal = self.candidate(self.base, &[], &[]).run(split);
         let refitted = self.candidate(self.base, &[], &base_names).run(split);
         let limit = THRESHOLDS.refitted_worse.powi(2) * nominal.validate(split);
-        if split.folds.is_empty() || !split.train.is_rotor() || refitted.validate(split) <= limit {
+        let is_worse = refitted.validate(split) > limit && !nominal.is_exact(split);
+        if split.folds.is_empty() || !split.train.is_rotor() || !is_worse {
             return (nominal, refitted);
         }
         // They came from these very rows, and a part of the levels does not say them: effects would be taken for what that costs.
         split.holds_levels = true;
         let base_names = split.base_parameters(self.base);
-        let refitted = self.candidate(self.base, &[], &base_names).run(split);
+        let held = self.candidate(self.base, &[], &base_names).run(split);
+        if held.validate(split) < refitted.validate(split) {
+            return (nominal, held);
+        }
+        // It was not for them.
+        split.holds_levels = false;
         (nominal, refitted)
     }
 

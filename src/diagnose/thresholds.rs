@@ -51,10 +51,14 @@ crate::thresholds! {
     behind_angle_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
     /// what does not count where a run begins, up to so long, is not run through: the rate is free where it first counts.
     longest_uncounted_start_s: f64 = 0.25, "s", "transients of real logs behind a hole";
-    /// parts of the logs whose biases of the gyro are held against each other.
+    /// parts of a log whose biases of the gyro are held against each other.
     drift_parts: usize = 20, "count", "judgement";
     /// squared steps between neighbouring biases over the squares about their mean below which they drift: without order it is two.
     drift_ratio: f64 = 0.61, "-", "drawn normal biases of twenty parts: one in ten thousand";
+    /// standard deviation below which a drifting bias is none.
+    least_drift_rad_s: f64 = 1e-5, "rad/s", "judgement: far below the noise of any gyro";
+    /// angle turned over the gyro's integral from which on a gyro moves as the angle does.
+    least_gyro_scale: f64 = 0.5, "-", "judgement: a scale is off by a tenth at most";
     /// standard deviation of a drifting bias over its mean from which on it is no constant.
     drift_of_bias: f64 = 0.25, "-", "judgement";
     /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable

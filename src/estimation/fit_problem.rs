@@ -30,6 +30,10 @@ pub trait OutputError: Sync {
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]);
     /// The size of a change of a local parameter that shows: the step of its derivative.
     fn local_scale(&self, index: usize) -> f64;
+    /// Between which a local parameter of a unit may be; all there is, if nothing else is known.
+    fn local_bounds(&self, _unit: usize, _index: usize) -> (f64, f64) {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    }
 }
 
 /// Residuals at certain globals, made of a few units at a time: units do not see each other.

@@ -279,11 +279,11 @@ impl<'a> GaussNewton<'a> {
                 expected.iter_mut().zip(column).for_each(|(value, slope)| *value += change * slope);
             }
         }
-        for (unit, own) in self.units().iter().zip(locals.chunks_mut(count)) {
-            for (local, change) in
-                own.iter_mut().zip(least_squares(&normal.slopes.local_columns, unit, &expected))
-            {
-                *local -= change;
+        for (place, (unit, own)) in self.units().iter().zip(locals.chunks_mut(count)).enumerate() {
+            let changes = least_squares(&normal.slopes.local_columns, unit, &expected);
+            for (index, (local, change)) in own.iter_mut().zip(changes).enumerate() {
+                let (low, high) = self.problem.local_bounds(place, index);
+                *local = (*local - change).max(low).min(high);
             }
         }
         locals

@@ -57,8 +57,8 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
                  for them, and hardly a row shows it step {other}"
             )
         }
-        "levels_held" => "g(u) and k_V are kept as the model has them: fitted to two thirds of these rows they do worse on the other \
-             third, so effects are looked for beside them and not beside what such a part says"
+        "levels_held" => "the numbers of the curve g(u), and k_V, are kept: fitted to two thirds of these rows they say the other third \
+             worse than the model does; of the model's own numbers the pole alone is refitted"
             .to_owned(),
         "no_transients" => "the scored rows of the rotors are at rest: the pole is kept as it is, and effects that show on the way \
              from one level to the next are not tried; log the steps between them, too"
