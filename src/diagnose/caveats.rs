@@ -56,6 +56,12 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     warnings
 }
 
+/// Which numbers of a block were kept as they are, and which are hardly known.
+pub(crate) fn of_numbers(found: &SearchResult) -> Vec<Finding> {
+    let held = found.split.holds_levels.then(|| Finding::new("levels_held", "rotors"));
+    held.into_iter().chain(not_known(&found.answer.model, &found.answer.effects)).collect()
+}
+
 /// Logs that are held out, all of them or in parts, and that the base's own numbers were identified from.
 pub(crate) fn seen_by_base(model: &Model, train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
     let held_out = if validate.is_empty() { train } else { validate };

@@ -82,10 +82,7 @@ pub fn extend(
         check_numbers(model, (&blocks, &findings), &error)?;
     }
     findings.extend(allow_for_what_is_missing((model, &known), &[train, validate].concat(), &mut blocks));
-    let answers = blocks.found.iter().map(|found| &found.answer);
-    let holds_levels = blocks.found.iter().any(|found| found.split.holds_levels);
-    findings.extend(holds_levels.then(|| Finding::new("levels_held", "rotors")));
-    findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
+    findings.extend(blocks.found.iter().flat_map(caveats::of_numbers));
     let mut extended = blocks.merged(model);
     findings.extend(inertia_in_degrees(model.body.inertia, extended.body.inertia));
     extended.ladder.push(step(model, ids, [train, validate], &error));
