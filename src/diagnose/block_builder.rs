@@ -409,8 +409,10 @@ fn refused_by_ways(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::noise;
     use super::*;
     use crate::log::Dataset;
+    use crate::screening::tests::log_with_hole;
 
     #[test]
     fn a_grid_is_not_looked_for_in_few_levels() {
@@ -422,5 +424,30 @@ mod tests {
             let log = Dataset::made(time, [("command_1", command), ("propeller_rate_1_rad_s", rates)]);
             assert_eq!(refusal(&grid, &Model::paper(), &[log.into()]).is_some(), refused, "{levels} levels");
         }
+    }
+
+    /// A rotor that comes down while its rows do not count, and does as the model says from then on.
+    #[test]
+    fn what_comes_before_a_run_begins_drives_the_body_as_it_was_measured() {
+        let (begins, rows, model) = (12, 600, Model::paper());
+        let mut run = rotor_runs(&[log_with_hole(rows, &[], 900).into()]).remove(0);
+        let settled = model.steady_rate(run.command[0]);
+        let rate = |row: usize| {
+            let above = if row < begins { 60.0 * (begins - row) as f64 } else { 0.0 };
+            settled + above + noise(row)
+        };
+        let measured: Vec<f64> = (0..rows).map(rate).collect();
+        (run.begins, run.measured) = (begins, measured.clone().into());
+        // As a fit finds it.
+        let departure = settled - measured[begins];
+        let equations = model.equations().expect("binds");
+        let driver = Driver { equations: &equations, fitted: None, split: None };
+        let mut rates = Rates::between(&run.time, &measured);
+        driver.correct_by_measured(&run, &[departure], &mut rates);
+        assert_eq!(rates.at[..begins], measured[..begins]);
+        // The noise of 1 rad/s rms is smoothed away as if nothing had been before: with what was before in it, more than that is left.
+        let off = rates.at[begins..].iter().map(|rate| (rate - settled).powi(2)).sum::<f64>();
+        let rms = (off / (rows - begins) as f64).sqrt();
+        assert!(rms < 0.2, "{rms}");
     }
 }

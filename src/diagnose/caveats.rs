@@ -30,7 +30,6 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     for found in blocks {
         warnings.extend(found.split.insufficient_data().and_then(insufficient));
         warnings.extend(of_other_bench(found));
-        warnings.extend(found.split.holds_levels.then(|| Finding::new("levels_held", "rotors")));
         warnings.extend(found.split.is_at_rest().then(|| Finding::new("no_transients", "rotors")));
         warnings.extend(one_direction(logs, found));
         warnings.extend(delay_or_late_reading(logs, blocks, found));
@@ -48,7 +47,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         }
         warnings.extend(shift_is_curve(found));
         warnings.extend(at_bounds(found));
-        warnings.extend(not_known(&found.answer.model, &found.answer.effects));
+        warnings.extend(of_numbers(found));
         warnings.extend(found.unnamed_effects());
         warnings.extend(only_in_training(found));
         warnings.extend(rotors_differ(logs, found));
@@ -164,7 +163,7 @@ fn at_bounds(found: &SearchResult) -> Vec<Finding> {
 
 /// Numbers of the answer's effects whose stated error reaches what stands for no effect, or half of a number that has none: that the
 /// effect is there, the error that it takes off says; how large it is, nobody knows.
-pub(crate) fn not_known(model: &Model, effects: &[String]) -> Vec<Finding> {
+fn not_known(model: &Model, effects: &[String]) -> Vec<Finding> {
     let of_effect = |id: &String| {
         let parameters = find(id).map_or(&[][..], |card| card.parameters);
         let known_badly = parameters.iter().filter_map(|parameter| {

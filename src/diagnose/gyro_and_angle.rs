@@ -85,15 +85,16 @@ impl BehindAngle {
 /// How far a gyro's bias wanders.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BiasDrift {
-    /// [rad/s] the least bias of a part of the logs.
+    /// [rad/s] the least bias of a part of the log.
     pub(crate) least: f64,
     /// [rad/s] the most.
     pub(crate) most: f64,
 }
 
 impl BiasDrift {
-    /// Of one log: after it has been off a gyro may have another bias. `None` where the angle shows no drift that matters beside the mean. A slow drift makes the biases of neighbouring parts alike, which
-    /// tells it from noise of any size: the ratio of von Neumann (1941), 2 for parts without order.
+    /// Of one log: after it has been off, a gyro may have another bias. `None` where the angle shows no drift that matters beside the mean.
+    /// A slow drift makes the biases of neighbouring parts similar, which distinguishes it from noise of any size: the ratio of von Neumann
+    /// (1941), 2 for parts without order.
     pub(crate) fn of(log: &ScreenedLog) -> Option<Self> {
         let Windows { rows, fit, .. } = Windows::of(std::slice::from_ref(log))?;
         let scale = fit.coefficients[1];
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_that_drifts_is_told_from_one_that_is_there() {
+    fn a_bias_that_drifts_is_distinguished_from_one_that_is_there() {
         let drift = |mean: f64, size: f64| {
             let log = with_bias(move |t| mean + size * (t / 15.0).sin(), 0.0, true);
             BiasDrift::of(&log)

@@ -74,7 +74,7 @@ pub enum EffectRefusal {
         two_digits(*most_rad_s)
     )]
     BiasDrifts {
-        /// [rad/s] the least bias of a part of the logs.
+        /// [rad/s] the least bias of a part of the log.
         least_rad_s: f64,
         /// [rad/s] the most.
         most_rad_s: f64,

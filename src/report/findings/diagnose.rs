@@ -57,8 +57,8 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
                  for them, and hardly a row shows it step {other}"
             )
         }
-        "levels_held" => "the numbers of the curve g(u), and k_V, are kept: fitted to two thirds of these rows they say the other third \
-             worse than the model does; of the model's own numbers the pole alone is refitted"
+        "levels_held" => "the numbers of g(u), and k_V where the model has it, are kept: fitted to two thirds of these rows they miss the \
+             other third by more than the model does; of the model's own numbers the pole alone is refitted"
             .to_owned(),
         "no_transients" => "the scored rows of the rotors are at rest: the pole is kept as it is, and effects that show on the way \
              from one level to the next are not tried; log the steps between them, too"
