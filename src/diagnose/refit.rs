@@ -121,7 +121,7 @@ impl Search<'_> {
             }
             let best = self.with(&refitted, ids, &split.base_parameters(self.base), split);
             if split.holds_levels {
-                // As a search does where it finds these effects beside free levels only.
+                // A search looks for effects beside free levels, too, where they do little beside held ones.
                 let mut free = split.clone();
                 let free_base = self.with_free_levels(&mut free);
                 let beside_free = self.with(&free_base, ids, &free.base_parameters(self.base), &free);

@@ -15,27 +15,49 @@ use super::thresholds::THRESHOLDS;
 use super::unnamed;
 
 impl Search<'_> {
-    /// Searches one block. Where nothing is found beside levels that are held, it is looked for beside free ones.
+    /// Searches one block. Where one effect does little beside levels that are held, effects are looked for beside free ones, too: a
+    /// curve that was fitted without the right ones may not fit beside them.
     #[must_use]
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
         let bases = self.bases(&mut split);
-        let found = self.beside(split, bases);
-        if !found.split.holds_levels || !found.answer.effects.is_empty() {
-            return found;
+        let held = self.with_singles(split, bases);
+        if !held.split.holds_levels {
+            return self.among(held);
         }
-        let mut split = found.split.clone();
-        let refitted = self.with_free_levels(&mut split);
-        let free = self.beside(split, (found.nominal.clone(), refitted));
-        let left = |found: &SearchResult| found.answer.validate(&found.split);
-        if left(&free) < left(&found) { free } else { found }
+        let (of_base, of_one) = self.least_of_bases_and_singles(&held);
+        let does_much = |left: f64, of: f64| left < (1.0 - THRESHOLDS.explained_by_one) * of;
+        if does_much(of_one, of_base) {
+            let held = self.among(held);
+            if !held.answer.effects.is_empty() {
+                return held;
+            }
+            let free = self.beside_free_levels(&held.split, &held.nominal);
+            return better_beside_free(held, free);
+        }
+        let free = self.beside_free_levels(&held.split, &held.bases.0);
+        if does_much(free.answer.validate(&free.split), of_one) {
+            // Whatever else is found beside held ones: only time is saved.
+            return free;
+        }
+        better_beside_free(self.among(held), free)
     }
 
-    /// The search from the base as it is and refitted.
-    fn beside(
-        &self,
-        split: DataSplit,
-        (nominal, mut refitted): (CandidateFit, CandidateFit),
-    ) -> SearchResult {
+    /// What the better base leaves of what is held out, and what the best single effect does.
+    fn least_of_bases_and_singles(&self, found: &Found) -> (f64, f64) {
+        let left = |fitted: &CandidateFit| fitted.validate(&found.split);
+        let of_base = left(&found.bases.0).min(left(&found.bases.1));
+        let singles = found.fits.iter().filter(|single| !self.has_run_off(single));
+        (of_base, singles.map(left).fold(of_base, f64::min))
+    }
+
+    fn beside_free_levels(&self, held: &DataSplit, nominal: &CandidateFit) -> SearchResult {
+        let mut split = held.clone();
+        let refitted = self.with_free_levels(&mut split);
+        self.among(self.with_singles(split, (nominal.clone(), refitted)))
+    }
+
+    /// The base as it is and refitted, and each effect by itself.
+    fn with_singles(&self, split: DataSplit, (nominal, mut refitted): (CandidateFit, CandidateFit)) -> Found {
         let base_names = split.base_parameters(self.base);
         let mut singles = self.singles(&split, (&nominal, &refitted), &base_names);
         if let Some(better) = self.base_of_single(&split, &refitted, &singles, &base_names) {
@@ -43,7 +65,7 @@ impl Search<'_> {
             singles = self.singles(&split, (&nominal, &refitted), &base_names);
         }
         let fits: Vec<CandidateFit> = singles.iter().filter_map(|single| single.fitted.clone()).collect();
-        self.among(split, (nominal, refitted), singles, fits)
+        Found { split, bases: (nominal, refitted), singles, fits }
     }
 
     /// The base's own numbers, fitted from where the single effect that leaves least has them: what they do as well by themselves is
@@ -68,13 +90,7 @@ impl Search<'_> {
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
     /// part of it by chance.
-    fn among(
-        &self,
-        split: DataSplit,
-        bases: (CandidateFit, CandidateFit),
-        singles: Vec<SingleEffect>,
-        mut fits: Vec<CandidateFit>,
-    ) -> SearchResult {
+    fn among(&self, Found { split, bases, singles, mut fits }: Found) -> SearchResult {
         let base_names = split.base_parameters(self.base);
         let mut looks = LookCache::default();
         self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
@@ -101,7 +117,7 @@ impl Search<'_> {
             single.refusal = Some(refusal.clone());
         }
         let SearchResult { split, nominal, refitted, singles, .. } = found;
-        Search { eligible, ..*self }.among(split, (nominal, refitted), singles, fits)
+        Search { eligible, ..*self }.among(Found { split, bases: (nominal, refitted), singles, fits })
     }
 
     fn singles(
@@ -238,6 +254,14 @@ impl Search<'_> {
     }
 }
 
+/// What was found beside free levels where it leaves less of what is held out; less by what an effect must gain where one is named
+/// beside held ones.
+fn better_beside_free(held: SearchResult, free: SearchResult) -> SearchResult {
+    let left = |found: &SearchResult| found.answer.validate(&found.split);
+    let margin = if held.answer.effects.is_empty() { 0.0 } else { THRESHOLDS.least_gain };
+    if left(&free) < (1.0 - margin) * left(&held) { free } else { held }
+}
+
 /// Whether what is left of a set that was grown from `from` does no worse than that with as many effects: the one that did better may
 /// have gone out for another that came in beside it, and does worse alone.
 fn is_no_step_back(split: &DataSplit, from: &CandidateFit, left: &CandidateFit) -> bool {
@@ -269,39 +293,103 @@ mod tests {
         DataSplit::new(data.clone(), Some(data))
     }
 
-    /// Levels of which each third lies off the curve by another step: what is fitted to two thirds is off at the others.
-    #[test]
-    fn a_curve_that_parts_of_the_levels_do_not_say_is_held() {
-        let level_of = |row: usize| row / (ROWS / 12);
-        let at = |row: usize| 0.3 + 0.5 * (level_of(row) * 5 % 12) as f64 / 12.0;
-        let command: Vec<f64> = (0..ROWS).map(at).collect();
+    /// Twelve levels of the paper's rotor, each off the curve by so many rad/s.
+    fn off_the_curve(command: [f64; 12], off: impl Fn(usize) -> f64) -> BlockData {
+        late_and_off_the_curve(0, command, off)
+    }
+
+    /// The same behind a delay of so many rows.
+    fn late_and_off_the_curve(late: usize, command: [f64; 12], off: impl Fn(usize) -> f64) -> BlockData {
         let model = Model::paper();
-        let block = |off: &dyn Fn(usize) -> f64| {
-            let goal = |row: usize| model.steady_rate(command[row]) + off(row);
-            let (mut rate, share) = (goal(0), -(-0.01 * model.actuator.pole).exp_m1());
-            let rates = (0..ROWS).map(|row| {
-                let read = rate;
-                rate += share * (goal(row) - rate);
-                read
-            });
-            let rates = rates.collect();
-            let time = (0..ROWS).map(|row| 0.01 * row as f64).collect();
-            let log =
-                Dataset::made(time, [("command_1", command.clone()), ("propeller_rate_1_rad_s", rates)]);
-            BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])))
+        let level_of = |row: usize| row / (ROWS / 12);
+        let goal = |row: usize| {
+            let level = level_of(row.saturating_sub(late));
+            model.steady_rate(command[level]) + off(level)
         };
-        let by_thirds = |row: usize| if level_of(row).is_multiple_of(3) { 20.0 } else { -10.0 };
+        let (mut rate, share) = (goal(0), -(-0.01 * model.actuator.pole).exp_m1());
+        let rates = (0..ROWS).map(|row| {
+            let read = rate;
+            rate += share * (goal(row) - rate);
+            read
+        });
+        let rates = rates.collect();
+        let time = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+        let commands = (0..ROWS).map(|row| command[level_of(row)]).collect();
+        let log = Dataset::made(time, [("command_1", commands), ("propeller_rate_1_rad_s", rates)]);
+        BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])))
+    }
+
+    /// Of each third of the levels another step: what is fitted to two thirds is off at the others.
+    fn thirds() -> ([f64; 12], impl Fn(usize) -> f64) {
+        let command = std::array::from_fn(|level| 0.3 + 0.5 * (level * 5 % 12) as f64 / 12.0);
+        (command, |level: usize| if level.is_multiple_of(3) { 20.0 } else { -10.0 })
+    }
+
+    /// Each third at commands of its own, all off by a share of the command: two numbers fitted to two thirds are far off at the third, and
+    /// one by itself finds it.
+    fn thirds_at_commands_of_their_own() -> ([f64; 12], impl Fn(usize) -> f64) {
+        let third = |level: usize| (level + 1) % 3;
+        let command: [f64; 12] =
+            std::array::from_fn(|level| [0.3, 0.5, 0.7][third(level)] + 0.03 * (level / 3) as f64);
+        (command, move |level: usize| 40.0 * command[level] + [10.0, -10.0, 10.0][third(level)])
+    }
+
+    #[test]
+    fn a_curve_that_parts_of_the_levels_do_not_show_is_held() {
+        let (command, off) = thirds();
+        let model = Model::paper();
         let known = model.known_effects().expect("the catalogue");
         let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
-        let mut thirds = DataSplit::new(block(&by_thirds), None);
+        let mut thirds = DataSplit::new(off_the_curve(command, off), None);
         let (nominal, refitted) = search.bases(&mut thirds);
         assert!(thirds.holds_levels, "{} {}", nominal.validate(&thirds), refitted.validate(&thirds));
         assert_eq!(refitted.names, ["pole"]);
-        // Another log is held out, and says what the curve is worth.
-        let mut two_logs = DataSplit::new(block(&|_| 10.0), Some(block(&|_| -10.0)));
+        assert!(search.run(thirds).split.holds_levels, "free ones do no better");
+        // Another log is held out, and shows what the curve is worth.
+        let [train, held_out] = [10.0, -10.0].map(|off| off_the_curve(command, move |_| off));
+        let mut two_logs = DataSplit::new(train, Some(held_out));
         let (nominal, refitted) = search.bases(&mut two_logs);
         assert!(refitted.validate(&two_logs) > 2.0 * nominal.validate(&two_logs));
         assert!(!two_logs.holds_levels);
+    }
+
+    #[test]
+    fn where_nothing_is_found_beside_held_levels_a_number_of_the_curve_is() {
+        let (command, off) = thirds_at_commands_of_their_own();
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let mut split = DataSplit::new(off_the_curve(command, off), None);
+        search.bases(&mut split);
+        assert!(split.holds_levels);
+        let searched = search.run(split.clone());
+        // As `extend --recalibrate` asks for it.
+        let asked_for = search.refit(split, &[]);
+        for found in [&searched, &asked_for] {
+            assert!(!found.split.holds_levels);
+            assert!(
+                found.changed.len() == 1 && found.changed[0].starts_with("steady_rate"),
+                "{:?}",
+                found.changed
+            );
+            assert!(found.answer.validate(&found.split) < 0.5 * found.nominal.validate(&found.split));
+        }
+    }
+
+    /// Delays of three rows and of two, which do more and less than a quarter of what the levels are off by: with free levels, which are
+    /// tried for the second one, the delay leaves as much, and one that is named beside held ones stays.
+    #[test]
+    fn a_delay_beside_held_levels_is_named_beside_them() {
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let delay = known.iter().find(|effect| effect.id == "transport_delay").expect("known");
+        let search = Search { base: &model, known: &known, eligible: vec![(delay, None)], progress: &|_| () };
+        for late in [3, 2] {
+            let (command, off) = thirds();
+            let found = search.run(DataSplit::new(late_and_off_the_curve(late, command, off), None));
+            assert_eq!(found.answer.effects, ["transport_delay"], "{late} rows");
+            assert!(found.split.holds_levels, "{late} rows");
+        }
     }
 
     /// A base fit that ended in another valley, and an effect beside which it did not.

@@ -7,6 +7,8 @@ crate::thresholds! {
     fewest_samples: usize = 100, "count", "judgement";
     /// held-out errors of the refitted baseline above so many times the nominal one's are said
     refitted_worse: f64 = 1.05, "-", "judgement";
+    /// share of the held-out squared error that one effect takes off beside a held curve; where it is less, effects are looked for beside a free one, too
+    explained_by_one: f64 = 0.25, "-", "two real logs: 0.11 where a free curve leaves a quarter of the error, 0.45 where it leaves nearly twice as much";
     /// commands of a rotor that stay within this excite nothing
     least_command_range: f64 = 1e-3, "-", "judgement";
     /// share of the greatest torque that its changes must be: less is rounding
