@@ -43,41 +43,6 @@ fn merged(folder: &Path, answers: &str) -> Vec<u8> {
 }
 
 #[test]
-fn shards_in_any_order_say_what_one_process_says() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    benches(folder);
-    let whole = rotorbench(folder, "fleet run plan.toml -o whole --pages");
-    assert_eq!(whole.status.code(), Some(1), "{}", said(&whole));
-    assert!(said(&whole).contains("4 of 4: bench-4 ... failed: "), "{}", said(&whole));
-    let answer: Value = serde_json::from_slice(&merged(folder, "whole")).expect("JSON");
-    assert_eq!((answer["failed"].as_u64(), answer["benches"].as_array().map(Vec::len)), (Some(1), Some(4)));
-    assert_eq!(answer["effects"][0]["effect"], "gravity_pendulum");
-    assert_eq!(answer["effects"][0]["benches"], 2);
-    assert!(answer["benches"][3]["error"].as_str().is_some_and(|error| error.contains("bench-4")));
-    let page = answer["benches"][0]["page"].as_str().expect("it was asked for").to_owned();
-    assert!(folder.join("whole").join(page).is_file());
-
-    for shard in ["3/3", "1/3", "2/3"] {
-        rotorbench(folder, &format!("fleet run plan.toml --shard {shard} -o shards --pages"));
-    }
-    assert!(merged(folder, "whole") == merged(folder, "shards"), "the order has a part in it");
-
-    // What is there is not done again; what is gone is missing, and made anew as it was.
-    let before = merged(folder, "shards");
-    let answers = fs::read_dir(folder.join("shards")).expect("there").flatten().map(|entry| entry.path());
-    let mut answers: Vec<_> =
-        answers.filter(|path| path.extension().is_some_and(|it| it == "json")).collect();
-    answers.sort();
-    fs::remove_file(&answers[0]).expect("removed");
-    let missing = rotorbench(folder, "fleet merge shards --plan plan.toml");
-    assert!(String::from_utf8_lossy(&missing.stdout).contains("no answer yet: bench-"), "{missing:?}");
-    let again = rotorbench(folder, "fleet run plan.toml -o shards --pages");
-    assert_eq!(said(&again).matches("is there already").count(), 3, "{}", said(&again));
-    assert!(merged(folder, "shards") == before);
-}
-
-#[test]
 fn a_changed_log_is_diagnosed_anew() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
@@ -147,4 +112,47 @@ fn what_is_no_answer_and_no_plan_is_refused() {
     refused("fleet plan nothing-* -o new.toml", "`nothing-*`: no folder with logs");
     fs::write(folder.join("plan.toml"), "[[bench]]\nname = \"a\"\nlog = [\"a.csv\"]\n").expect("written");
     refused("fleet run plan.toml --shard 3/2 -o answers", "`3/2` is no shard");
+}
+
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    #[test]
+    fn shards_in_any_order_say_what_one_process_says() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        benches(folder);
+        let whole = rotorbench(folder, "fleet run plan.toml -o whole --pages");
+        assert_eq!(whole.status.code(), Some(1), "{}", said(&whole));
+        assert!(said(&whole).contains("4 of 4: bench-4 ... failed: "), "{}", said(&whole));
+        let answer: Value = serde_json::from_slice(&merged(folder, "whole")).expect("JSON");
+        assert_eq!(
+            (answer["failed"].as_u64(), answer["benches"].as_array().map(Vec::len)),
+            (Some(1), Some(4))
+        );
+        assert_eq!(answer["effects"][0]["effect"], "gravity_pendulum");
+        assert_eq!(answer["effects"][0]["benches"], 2);
+        assert!(answer["benches"][3]["error"].as_str().is_some_and(|error| error.contains("bench-4")));
+        let page = answer["benches"][0]["page"].as_str().expect("it was asked for").to_owned();
+        assert!(folder.join("whole").join(page).is_file());
+
+        for shard in ["3/3", "1/3", "2/3"] {
+            rotorbench(folder, &format!("fleet run plan.toml --shard {shard} -o shards --pages"));
+        }
+        assert!(merged(folder, "whole") == merged(folder, "shards"), "the order has a part in it");
+
+        // What is there is not done again; what is gone is missing, and made anew as it was.
+        let before = merged(folder, "shards");
+        let answers = fs::read_dir(folder.join("shards")).expect("there").flatten().map(|entry| entry.path());
+        let mut answers: Vec<_> =
+            answers.filter(|path| path.extension().is_some_and(|it| it == "json")).collect();
+        answers.sort();
+        fs::remove_file(&answers[0]).expect("removed");
+        let missing = rotorbench(folder, "fleet merge shards --plan plan.toml");
+        assert!(String::from_utf8_lossy(&missing.stdout).contains("no answer yet: bench-"), "{missing:?}");
+        let again = rotorbench(folder, "fleet run plan.toml -o shards --pages");
+        assert_eq!(said(&again).matches("is there already").count(), 3, "{}", said(&again));
+        assert!(merged(folder, "shards") == before);
+    }
 }

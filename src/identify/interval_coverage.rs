@@ -96,15 +96,10 @@ fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
     counts.iter().for_each(|count| count.check(memory));
 }
 
-// One test each: they take seconds, and run beside each other; the one with white noise is in `at_length`.
+// They take seconds; those with white noise are in `at_length`.
 #[test]
 fn the_pole_where_the_battery_gives_way_with_correlated_noise() {
     the_pole_where_the_battery_gives_way(0.9, 0.25, 0.1);
-}
-
-#[test]
-fn the_pole_where_the_battery_gives_way_by_half_a_volt() {
-    the_pole_where_the_battery_gives_way(0.0, 0.45, 0.04);
 }
 
 #[test]

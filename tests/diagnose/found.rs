@@ -140,25 +140,6 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
     refused(&swinging, &["the body was held still in "]);
 }
 
-/// A gyro that is mounted the other way round: all the inertia in the world is the best that its torque can be made of, and yet it
-/// is not held. It was reported as that, and nothing was missing.
-#[test]
-fn a_body_that_turns_against_its_torque_is_not_one_that_is_held() {
-    let desk = Desk::new();
-    let turned = |name: &str, seed: u32| {
-        let bench_log = desk.record(&format!("as-{name}"), seed, &[]);
-        let sign = |name: &str, value: f64| if name == "body_rate_rad_s" { -value } else { value };
-        desk.changed(&bench_log, name, f64::INFINITY, |name| name != "body_angle_rad", sign)
-    };
-    let (answer, code) = diagnose("paper", &turned("train.csv", 1), &turned("held-out.csv", 2));
-    assert_eq!((code, answer["verdict"].as_str()), (Some(1), Some("unknown")), "{answer:#}");
-    assert!(has_code(&answer, "turns_against_torque"), "{}", answer["findings"]);
-    let [train, held_out] = ["train.csv", "held-out.csv"].map(|name| desk.path(name).display().to_string());
-    let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
-    let commands: Vec<&str> = story.lines().filter(|line| line.contains("rotorbench extend")).collect();
-    assert!(commands.is_empty(), "nothing is to be added before the sign is known: {commands:?}");
-}
-
 /// A rotor's exact answer to steps, without noise: the paper's rotor, or one with a limit of the command.
 fn exact_rotor(limit: f64, seed: u32) -> String {
     let mut text = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
@@ -304,23 +285,6 @@ fn an_effect_that_reaches_the_noise_has_made_the_error_fall() {
     assert_eq!(output.status.code(), Some(0), "{}", said_out(&output));
 }
 
-/// Seven seconds held out are seventeen windows of the body: with fifteen shifts no chance is below a sixteenth. The signs of
-/// the windows tell more.
-#[test]
-fn a_short_log_held_out_is_enough_for_a_strong_effect() {
-    let desk = Desk::new();
-    let hide = ["--hide", "gravity_pendulum:moment=0.3"];
-    let train = desk.record("train.csv", 1, &hide);
-    let held_out =
-        desk.changed(&desk.record("whole.csv", 2, &hide), "held_out.csv", 7.0, |_| true, |_, value| value);
-    let (answer, _) = diagnose("paper", &train, &held_out);
-    assert_eq!(answer["effects"], serde_json::json!(["gravity_pendulum"]), "{}", answer["candidates"]);
-    assert_eq!(answer["verdict"], "missing_effect");
-    let candidates = answer["candidates"].as_array().expect("candidates");
-    let pendulum = candidates.iter().find(|it| it["effect"] == "gravity_pendulum").expect("a candidate");
-    assert!(pendulum["chance"].as_f64().expect("a number") <= 0.02, "{pendulum}");
-}
-
 /// Nobody measured the rotors: at the log's beginning they are not where their commands are.
 #[test]
 fn a_body_driven_by_commands_is_judged_once_the_rotors_have_forgotten_where_they_began() {
@@ -336,6 +300,48 @@ fn a_body_driven_by_commands_is_judged_once_the_rotors_have_forgotten_where_they
 /// `tools/test --all` runs them.
 mod at_length {
     use super::*;
+
+    /// Seven seconds held out are seventeen windows of the body: with fifteen shifts no chance is below a sixteenth. The signs of
+    /// the windows tell more.
+    #[test]
+    fn a_short_log_held_out_is_enough_for_a_strong_effect() {
+        let desk = Desk::new();
+        let hide = ["--hide", "gravity_pendulum:moment=0.3"];
+        let train = desk.record("train.csv", 1, &hide);
+        let held_out = desk.changed(
+            &desk.record("whole.csv", 2, &hide),
+            "held_out.csv",
+            7.0,
+            |_| true,
+            |_, value| value,
+        );
+        let (answer, _) = diagnose("paper", &train, &held_out);
+        assert_eq!(answer["effects"], serde_json::json!(["gravity_pendulum"]), "{}", answer["candidates"]);
+        assert_eq!(answer["verdict"], "missing_effect");
+        let candidates = answer["candidates"].as_array().expect("candidates");
+        let pendulum = candidates.iter().find(|it| it["effect"] == "gravity_pendulum").expect("a candidate");
+        assert!(pendulum["chance"].as_f64().expect("a number") <= 0.02, "{pendulum}");
+    }
+
+    /// A gyro that is mounted the other way round: all the inertia in the world is the best that its torque can be made of, and yet it
+    /// is not held. It was reported as that, and nothing was missing.
+    #[test]
+    fn a_body_that_turns_against_its_torque_is_not_one_that_is_held() {
+        let desk = Desk::new();
+        let turned = |name: &str, seed: u32| {
+            let bench_log = desk.record(&format!("as-{name}"), seed, &[]);
+            let sign = |name: &str, value: f64| if name == "body_rate_rad_s" { -value } else { value };
+            desk.changed(&bench_log, name, f64::INFINITY, |name| name != "body_angle_rad", sign)
+        };
+        let (answer, code) = diagnose("paper", &turned("train.csv", 1), &turned("held-out.csv", 2));
+        assert_eq!((code, answer["verdict"].as_str()), (Some(1), Some("unknown")), "{answer:#}");
+        assert!(has_code(&answer, "turns_against_torque"), "{}", answer["findings"]);
+        let [train, held_out] =
+            ["train.csv", "held-out.csv"].map(|name| desk.path(name).display().to_string());
+        let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
+        let commands: Vec<&str> = story.lines().filter(|line| line.contains("rotorbench extend")).collect();
+        assert!(commands.is_empty(), "nothing is to be added before the sign is known: {commands:?}");
+    }
 
     /// Two rotors of which one turns a hundredth faster: heat, whose start each run may choose, would explain it.
     #[test]

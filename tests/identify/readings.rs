@@ -47,49 +47,66 @@ fn settings() -> IdentifySettings {
     IdentifySettings { degree: Some(2), ..IdentifySettings::default() }
 }
 
-/// With every second reading repeated a rotor seemed to have a dead time of 11 ms, with two of three as slow as 9 rad/s.
 #[test]
-fn readings_that_repeat_are_no_delay_and_no_slow_pole() {
+fn readings_that_repeat_are_no_further_delay_and_no_slow_pole() {
+    of_readings_that_repeat(0.03);
+}
+
+fn of_readings_that_repeat(delay: f64) {
     type Fresh = fn(usize) -> bool;
     let patterns: [(&str, Fresh); 3] = [
         ("every second", |row| row.is_multiple_of(2)),
         ("every third", |row| row.is_multiple_of(3)),
         ("1-2-1-2", |row| row % 3 != 2),
     ];
-    for delay in [0.0, 0.03] {
-        let whole = run(&EmulatorConfig { command_delay_s: delay, ..bench(11) }, prbs(600.0, 3), "held.csv");
-        for (pattern, fresh) in patterns {
-            let log = held(&whole, fresh);
-            let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
-            let held = found.findings.iter().filter(|it| it.code == "sample_and_hold").count();
-            assert_eq!(held, 1, "{pattern}: {:?}", found.findings);
-            holds(&format!("{pattern}, {delay} s"), &found, delay);
-        }
+    let whole = run(&EmulatorConfig { command_delay_s: delay, ..bench(11) }, prbs(600.0, 3), "held.csv");
+    for (pattern, fresh) in patterns {
+        let log = held(&whole, fresh);
+        let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
+        let held = found.findings.iter().filter(|it| it.code == "sample_and_hold").count();
+        assert_eq!(held, 1, "{pattern}: {:?}", found.findings);
+        holds(&format!("{pattern}, {delay} s"), &found, delay);
     }
 }
 
 /// One row in 200 of rates that are none: with 5000 rad/s in them p came out as 5, with half of the speed k_V was lost.
 #[test]
-fn outliers_do_not_move_what_is_identified() {
+fn outliers_do_not_move_what_is_identified_of_a_late_rotor() {
+    of_outliers(0.03);
+}
+
+fn of_outliers(delay: f64) {
     type Wrong = fn(f64) -> f64;
     let wrong: [(&str, Wrong); 3] =
         [("5000 rad/s", |_| 5000.0), ("half", |rate| 0.5 * rate), ("double", |rate| 2.0 * rate)];
-    for delay in [0.0, 0.03] {
-        let whole =
-            run(&EmulatorConfig { command_delay_s: delay, ..bench(12) }, prbs(600.0, 4), "outliers.csv");
-        for (name, with) in wrong {
-            let mut random = ChaCha8Rng::seed_from_u64(5);
-            let rates = whole.column(RATE).expect("measured").iter();
-            let rates =
-                rates.map(|rate| if random.random_bool(0.005) { with(*rate) } else { *rate }).collect();
-            let mut log = whole.clone();
-            log.replace(RATE, rates).expect("as long");
-            let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
-            let outliers = found.findings.iter().filter(|it| it.code == "outliers").count();
-            assert_eq!(outliers, 1, "{name}: {:?}", found.findings);
-            holds(&format!("{name}, {delay} s"), &found, delay);
-            // Fig. 5 is made of what lies between them.
-            assert!(found.frequency_response.len() > 50, "{}", found.frequency_response.len());
-        }
+    let whole = run(&EmulatorConfig { command_delay_s: delay, ..bench(12) }, prbs(600.0, 4), "outliers.csv");
+    for (name, with) in wrong {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let rates = whole.column(RATE).expect("measured").iter();
+        let rates = rates.map(|rate| if random.random_bool(0.005) { with(*rate) } else { *rate }).collect();
+        let mut log = whole.clone();
+        log.replace(RATE, rates).expect("as long");
+        let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
+        let outliers = found.findings.iter().filter(|it| it.code == "outliers").count();
+        assert_eq!(outliers, 1, "{name}: {:?}", found.findings);
+        holds(&format!("{name}, {delay} s"), &found, delay);
+        // Fig. 5 is made of what lies between them.
+        assert!(found.frequency_response.len() > 50, "{}", found.frequency_response.len());
+    }
+}
+
+/// `tools/test --all` runs them.
+mod at_length {
+    use super::*;
+
+    /// With every second reading repeated a rotor seemed to have a dead time of 11 ms, with two of three as slow as 9 rad/s.
+    #[test]
+    fn readings_that_repeat_are_no_delay() {
+        of_readings_that_repeat(0.0);
+    }
+
+    #[test]
+    fn outliers_do_not_move_what_is_identified_without_a_delay() {
+        of_outliers(0.0);
     }
 }

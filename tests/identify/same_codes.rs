@@ -181,34 +181,39 @@ fn what_nothing_can_be_fitted_to_is_refused_by_all_that_fit() {
 fn what_cannot_be_of_the_models_bench_is_refused_by_who_searches_with_it() {
     let log = right();
     expect(changed(&log, "propeller_rate", |_, rate| RPM * rate), "rate_in_other_unit", 2);
-    expect(changed(&log, "propeller_rate", |_, rate| rate / TAU), "rate_in_other_unit", 2);
     // A small propeller pushes as hard in N as the model's in kgf.
     expect(changed(&log, "thrust", |_, thrust| 0.10197 * thrust), "thrust_unlike_template", 2);
-    expect(changed(&log, "body_rate", |_, rate| DEGREES * rate), "body_rate_in_degrees", 2);
-    expect(changed(&log, "body_angle", |_, angle| DEGREES * angle), "body_angle_in_degrees", 2);
     // As of a body that is ten times as heavy.
     expect(changed(&log, "body_", |_, motion| 0.1 * motion), "torque_scale", 2);
 }
 
-#[test]
-fn what_is_in_doubt_is_said_by_all() {
-    let log = right();
-    expect(changed(&log, "propeller_rate", |_, rate| 5.7 * rate), "rate_unlike_template", 0);
-    expect(changed(&log, "battery", |_, volts| 1.3 * volts), "battery_of_other_bench", 0);
-    let fuller = [ScreenedLog::from(changed(&log, "battery", |_, volts| 1.3 * volts))];
-    let cancel = Cancel::default();
-    let found = session::identify(&fuller, &[], &IdentifySettings::default(), &Job::unwatched(&cancel));
-    let said = found.expect("a rotor").warnings().join("\n");
-    assert!(
-        said.contains("is taken as full") && !said.contains("`rotorbench identify` makes a model"),
-        "{said}"
-    );
-    expect(log.with_columns(|name| !name.starts_with("battery")), "no_battery_voltage", 0);
-}
-
-/// `tools/test --all` runs it.
+/// `tools/test --all` runs them.
 mod at_length {
     use super::*;
+
+    #[test]
+    fn further_units_that_are_not_the_models_are_refused_by_who_searches_with_it() {
+        let log = right();
+        expect(changed(&log, "propeller_rate", |_, rate| rate / TAU), "rate_in_other_unit", 2);
+        expect(changed(&log, "body_rate", |_, rate| DEGREES * rate), "body_rate_in_degrees", 2);
+        expect(changed(&log, "body_angle", |_, angle| DEGREES * angle), "body_angle_in_degrees", 2);
+    }
+
+    #[test]
+    fn what_is_in_doubt_is_said_by_all() {
+        let log = right();
+        expect(changed(&log, "propeller_rate", |_, rate| 5.7 * rate), "rate_unlike_template", 0);
+        expect(changed(&log, "battery", |_, volts| 1.3 * volts), "battery_of_other_bench", 0);
+        let fuller = [ScreenedLog::from(changed(&log, "battery", |_, volts| 1.3 * volts))];
+        let cancel = Cancel::default();
+        let found = session::identify(&fuller, &[], &IdentifySettings::default(), &Job::unwatched(&cancel));
+        let said = found.expect("a rotor").warnings().join("\n");
+        assert!(
+            said.contains("is taken as full") && !said.contains("`rotorbench identify` makes a model"),
+            "{said}"
+        );
+        expect(log.with_columns(|name| !name.starts_with("battery")), "no_battery_voltage", 0);
+    }
 
     #[test]
     fn what_is_in_doubt_of_thrust_and_of_a_frozen_reading_is_said_by_all() {

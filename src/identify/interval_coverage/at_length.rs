@@ -16,6 +16,11 @@ fn the_pole_where_the_battery_gives_way_with_white_noise() {
     the_pole_where_the_battery_gives_way(0.0, 0.25, 0.1);
 }
 
+#[test]
+fn the_pole_where_the_battery_gives_way_by_half_a_volt() {
+    the_pole_where_the_battery_gives_way(0.0, 0.45, 0.04);
+}
+
 /// Behind each turn of a ramp a slow rotor is not yet as far behind as it will be. Seen with the fit broken: the lag as if
 /// it were steady everywhere, c_g2 covered 7 times of 100; where the ramp goes down alone, and the lag looks like the curve
 /// and comes from other logs, c_g2 was never covered without those.

@@ -35,65 +35,6 @@ fn session(folder: &Path) -> (PathBuf, Value) {
     (file, desk)
 }
 
-#[test]
-fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (file, before) = session(folder.path());
-    let (it, desk) = reopened(&file);
-    for answer in ["answered", "discovered"] {
-        assert_eq!(desk[answer], before[answer], "{answer}");
-        assert_eq!(desk[answer]["is_current"], true, "{answer}");
-    }
-    assert_eq!(notices(&desk), [""; 0]);
-    // A law that was kept is added as one that was just found.
-    assert_eq!(it.act("{\"act\":\"add_law\"}").status, 200);
-    let law = it.get("/api/export?what=model").body;
-    assert!(law.contains("discovered_law") && law.starts_with("name = \"law-1\""), "{law}");
-    drop(it);
-
-    let text = fs::read_to_string(&file).expect("a session");
-    let changed = |from: &str, to: &str| {
-        assert!(text.contains(from), "{from}");
-        let other = folder.path().join("changed.toml");
-        fs::write(&other, text.replace(from, to)).expect("written");
-        let (_it, desk) = reopened(&other);
-        assert!(desk["answered"].is_null() && desk["discovered"].is_null(), "{from}");
-        let said = notices(&desk);
-        assert!(said.len() == 2 && said.iter().all(|it| it.contains("ask again")), "{said:?}");
-        said
-    };
-    let program = format!("program = \"{}\"", env!("CARGO_PKG_VERSION"));
-    assert!(changed(&program, "program = \"0.0.1\"")[0].contains("0.0.1"));
-    // A word of either answer, whatever was found.
-    changed("sentence", "sentense");
-    let model = saved::read(&file).expect("it reads").answers[0].model_sha256.clone();
-    assert!(changed(&model, &"0".repeat(64))[0].contains("paper"));
-
-    for answer in ["5", "[]", "{}", "\"x\""] {
-        assert_eq!(forged(&file, answer).len(), 2, "{answer}");
-    }
-
-    // A log that is another now.
-    let log = folder.path().join("held_out.csv");
-    let rows = fs::read_to_string(&log).expect("a log");
-    let (rest, _) = rows.trim_end().rsplit_once('\n').expect("rows");
-    fs::write(&log, format!("{rest}\n")).expect("written");
-    let (it, desk) = reopened(&file);
-    assert!(desk["answered"].is_null() && desk["discovered"].is_null());
-    let said = notices(&desk);
-    assert_eq!(said.len(), 3, "the log, and both answers: {said:?}");
-    assert!(said[1].contains("diagnose") && said[2].contains("discover"), "{said:?}");
-    // What is saved of it now has no answer any more.
-    let again = folder.path().join("again.toml");
-    fs::write(&again, it.get("/api/export?what=session").body).expect("written");
-    assert!(saved::read(&again).expect("it reads").answers.is_empty());
-    drop(it);
-    fs::remove_file(&log).expect("removed");
-    let it = Running::of(WorkbenchConfig { session: Some(file), ..WorkbenchConfig::default() });
-    let said = notices(&it.json("/api/desk"));
-    assert_eq!(said.len(), 3, "a log that has gone, and both answers: {said:?}");
-}
-
 /// What is said of a session whose answers somebody has written, with their hashes.
 fn forged(session: &Path, answer: &str) -> Vec<String> {
     let mut saved = saved::read(session).expect("it reads");
@@ -175,4 +116,68 @@ fn a_model_file_that_has_changed_is_said() {
     fs::write(&model, other.emit().expect("text")).expect("written");
     let said = notices(&reopened(&file).1);
     assert!(said.len() == 1 && said[0].contains("own.toml"), "{said:?}");
+}
+
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    #[test]
+    fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (file, before) = session(folder.path());
+        let (it, desk) = reopened(&file);
+        for answer in ["answered", "discovered"] {
+            assert_eq!(desk[answer], before[answer], "{answer}");
+            assert_eq!(desk[answer]["is_current"], true, "{answer}");
+        }
+        assert_eq!(notices(&desk), [""; 0]);
+        // A law that was kept is added as one that was just found.
+        assert_eq!(it.act("{\"act\":\"add_law\"}").status, 200);
+        let law = it.get("/api/export?what=model").body;
+        assert!(law.contains("discovered_law") && law.starts_with("name = \"law-1\""), "{law}");
+        drop(it);
+
+        let text = fs::read_to_string(&file).expect("a session");
+        let changed = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            let other = folder.path().join("changed.toml");
+            fs::write(&other, text.replace(from, to)).expect("written");
+            let (_it, desk) = reopened(&other);
+            assert!(desk["answered"].is_null() && desk["discovered"].is_null(), "{from}");
+            let said = notices(&desk);
+            assert!(said.len() == 2 && said.iter().all(|it| it.contains("ask again")), "{said:?}");
+            said
+        };
+        let program = format!("program = \"{}\"", env!("CARGO_PKG_VERSION"));
+        assert!(changed(&program, "program = \"0.0.1\"")[0].contains("0.0.1"));
+        // A word of either answer, whatever was found.
+        changed("sentence", "sentense");
+        let model = saved::read(&file).expect("it reads").answers[0].model_sha256.clone();
+        assert!(changed(&model, &"0".repeat(64))[0].contains("paper"));
+
+        for answer in ["5", "[]", "{}", "\"x\""] {
+            assert_eq!(forged(&file, answer).len(), 2, "{answer}");
+        }
+
+        // A log that is another now.
+        let log = folder.path().join("held_out.csv");
+        let rows = fs::read_to_string(&log).expect("a log");
+        let (rest, _) = rows.trim_end().rsplit_once('\n').expect("rows");
+        fs::write(&log, format!("{rest}\n")).expect("written");
+        let (it, desk) = reopened(&file);
+        assert!(desk["answered"].is_null() && desk["discovered"].is_null());
+        let said = notices(&desk);
+        assert_eq!(said.len(), 3, "the log, and both answers: {said:?}");
+        assert!(said[1].contains("diagnose") && said[2].contains("discover"), "{said:?}");
+        // What is saved of it now has no answer any more.
+        let again = folder.path().join("again.toml");
+        fs::write(&again, it.get("/api/export?what=session").body).expect("written");
+        assert!(saved::read(&again).expect("it reads").answers.is_empty());
+        drop(it);
+        fs::remove_file(&log).expect("removed");
+        let it = Running::of(WorkbenchConfig { session: Some(file), ..WorkbenchConfig::default() });
+        let said = notices(&it.json("/api/desk"));
+        assert_eq!(said.len(), 3, "a log that has gone, and both answers: {said:?}");
+    }
 }
