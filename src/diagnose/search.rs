@@ -416,6 +416,46 @@ mod tests {
         assert!(from(1.0, 1.0).is_none(), "the effect does no better");
     }
 
+    /// Errors in their squares: 0.98 is no gain of three per cent, 0.96 is.
+    #[test]
+    fn an_answer_beside_free_levels_must_gain_what_an_effect_must() {
+        let result = |effects: &[&str], size: f64| {
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            let of = |size: f64| leaves((0..ROWS).map(|row| size * noise(row)).collect());
+            let answer = CandidateFit { effects, ..of(size) };
+            SearchResult::of_one(split(), [of(2.0), of(2.0), answer], Vec::new())
+        };
+        let named = |held: SearchResult, free: f64| {
+            better_beside_free(held, result(&["free"], free)).answer.effects == ["free"]
+        };
+        assert!(!named(result(&["held"], 1.0), 0.99));
+        assert!(named(result(&["held"], 1.0), 0.98));
+        assert!(named(result(&[], 1.0), 0.99), "nothing is named beside held ones");
+        assert!(!named(result(&[], 1.0), 1.01));
+    }
+
+    /// The refitted base may be the worse one of the two, and an effect that only undoes that does nothing.
+    #[test]
+    fn what_one_effect_does_is_counted_from_the_better_base() {
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let of = |size: f64| leaves((0..ROWS).map(|row| size * noise(row)).collect());
+        let split = split();
+        let [two, one] = [2.0, 1.0].map(|size| of(size).validate(&split));
+        let found = |fits: Vec<CandidateFit>| Found {
+            split: split.clone(),
+            bases: (of(2.0), of(3.0)),
+            singles: Vec::new(),
+            fits,
+        };
+        assert_eq!(search.least_of_bases_and_singles(&found(vec![of(2.5)])), (two, two));
+        assert_eq!(search.least_of_bases_and_singles(&found(vec![of(2.5), of(1.0)])), (two, one));
+        let mut run_off = of(1.0);
+        (run_off.names, run_off.model.body.inertia) = (vec!["inertia".to_owned()], 1e9);
+        assert_eq!(search.least_of_bases_and_singles(&found(vec![run_off])), (two, two));
+    }
+
     #[test]
     fn a_worse_effect_does_not_take_the_place_of_the_one_it_came_in_beside() {
         let split = split();
