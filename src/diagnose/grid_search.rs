@@ -4,12 +4,16 @@
 use super::block_data::{BlockData, Runs};
 use super::grid_cost::{GridCost, MovableNumber};
 use super::problem::Problem;
+use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{OutputError, Residuals};
-use crate::estimation::quantile::extremes;
+use crate::estimation::quantile::{distinct, extremes};
 use crate::model::{Effect, Model};
+
+/// Share of their range by which two commands differ that are not the same.
+const SAME_COMMAND: f64 = 1e-6;
 
 /// A grid, and where a law ahead of it puts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +60,7 @@ pub(crate) fn grids(
     let mut cost = of(&few, THRESHOLDS.grid_places_first);
     let mut grid = Vec::new();
     // From the coarse end: where there are too many, the finest, which matter least, are left out.
-    let mut value = bounds.1;
+    let (mut value, least) = (bounds.1, least.max(finest(data)));
     while value >= least.max(bounds.0) && value > 0.0 && grid.len() < THRESHOLDS.most_grid_values {
         grid.push(value);
         value -= spacing(value, typical);
@@ -170,6 +174,24 @@ pub(crate) fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
 }
 
+/// [-] The smallest grid that is no offset of each command at will: on a finer one hardly two of these share a level. Of commands that
+/// come in clusters some do, and it says too little.
+pub(crate) fn finest(data: &BlockData) -> f64 {
+    let Runs::Rotor(runs) = &data.runs else { return 0.0 };
+    let gaps = command_gaps(runs);
+    THRESHOLDS.least_commands_of_step * gaps.iter().sum::<f64>() / (gaps.len() + 1) as f64
+}
+
+/// [-] by how much each command differs from the next greater one.
+pub(crate) fn command_gaps(runs: &[RotorRun]) -> Vec<f64> {
+    let commands: Vec<f64> = runs.iter().flat_map(|run| run.command.iter().copied()).collect();
+    let (low, high) = extremes(commands.iter().copied());
+    let gaps = distinct(&commands);
+    let gaps = gaps.windows(2).map(|pair| pair[1] - pair[0]);
+    // Less is the same command, written with other last digits.
+    gaps.filter(|gap| *gap > SAME_COMMAND * (high - low)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::grid_refine::{Around, refine, refine_with_error};
@@ -181,20 +203,29 @@ mod tests {
 
     const STEP: f64 = 0.0061;
 
-    /// A rotor that gets its command on a grid, behind two lags, in a hundred small Euler steps a sample: no code of the
-    /// model.
+    /// A number from 0 to 4095 for every quarter of a second, from a multiplicative hash.
+    fn level(row: u32) -> u32 {
+        (row / 12).wrapping_mul(2_654_435_761) >> 16 & 0xfff
+    }
+
     fn on_a_grid() -> BlockData {
         on_a_grid_behind(0.0)
     }
 
-    /// The same behind a dead zone of this width.
+    /// A rotor that gets its command on a grid behind a dead zone of this width.
     fn on_a_grid_behind(width: f64) -> BlockData {
+        followed(
+            |row| 0.3 + 0.3 * f64::from(level(row)) / 4096.0,
+            |u| (((u - width) / (1.0 - width)) / STEP).round() * STEP,
+        )
+    }
+
+    /// A rotor behind two lags that gets these commands as something makes them of those, in a hundred small Euler steps a sample: no
+    /// code of the model.
+    fn followed(command: impl Fn(u32) -> f64, made: impl Fn(f64) -> f64) -> BlockData {
         let (rows, parts) = (2000, 100);
         let time: Vec<f64> = (0..rows).map(|row| 0.02 * f64::from(row)).collect();
-        // A new level every quarter of a second, from a multiplicative hash.
-        let level =
-            |row: i32| f64::from((row as u32 / 12).wrapping_mul(2_654_435_761) >> 16 & 0xfff) / 4096.0;
-        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.3 * level(row)).collect();
+        let command: Vec<f64> = (0..rows).map(command).collect();
         let g = |u: f64| 1124.5 * u + 447.1 * u * u;
         let (mut behind, mut rate) = (g(0.3), g(0.3));
         let mut rates = Vec::new();
@@ -202,8 +233,7 @@ mod tests {
             rates.push(rate);
             for _ in 0..parts {
                 let step = 0.02 / f64::from(parts);
-                let left = (u - width) / (1.0 - width);
-                behind += step * 40.0 * (g((left / STEP).round() * STEP) - behind);
+                behind += step * 40.0 * (g(made(*u)) - behind);
                 rate += step * 16.0 * (behind - rate);
             }
         }
@@ -235,6 +265,18 @@ mod tests {
     fn a_grid_behind_a_second_lag_is_found() {
         let best = found(&on_a_grid());
         assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+
+    /// Of commands 0.008 apart one of two comes to the level of its neighbour on a grid of 0.0207; on one of 0.0086 nearly each has its
+    /// own, and any curve that waves a few times would look so.
+    #[test]
+    fn a_grid_with_less_than_two_commands_to_a_step_is_none() {
+        for (step, is_found) in [(0.0207, true), (0.0086, false)] {
+            let command = |row: u32| 0.3 + 0.008 * f64::from(level(row) % 40);
+            let best = found(&followed(command, |u| (u / step).round() * step));
+            assert_eq!((best / step - 1.0).abs() < 1e-3, is_found, "{step}: {best}");
+            assert!(best > 0.0155, "{step}: {best}");
+        }
     }
 
     /// A dead zone that was found without the grid is known to a few steps of it, and where the grid lies is not.

@@ -3,13 +3,11 @@
 
 use super::block_data::{BlockData, Runs};
 use super::grid_constraint::{GridConstraint, WithoutSlope};
+use super::grid_search::command_gaps;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::output_error::OutputError;
-use crate::estimation::quantile::{distinct, extremes, median};
-
-/// Share of their range by which two commands differ that are not the same.
-const SAME_COMMAND: f64 = 1e-6;
+use crate::estimation::quantile::{extremes, median};
 
 /// Sets of numbers looked at, and their costs.
 #[derive(Default)]
@@ -31,12 +29,9 @@ impl JointScan {
         (cost, limit): (&mut impl FnMut(&[f64]) -> f64, impl Fn(f64) -> f64),
     ) -> Self {
         let (Runs::Rotor(runs), [ahead]) = (&data.runs, &places.ahead[..]) else { return Self::default() };
-        let commands: Vec<f64> = runs.iter().flat_map(|run| run.command.iter().copied()).collect();
-        let (low, high) = extremes(commands.iter().copied());
-        let gaps = distinct(&commands).windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>();
-        // Less is the same command, written with other last digits.
-        let gap = median(gaps.into_iter().filter(|gap| *gap > SAME_COMMAND * (high - low)));
-        let (Some(gap), false) = (gap, problem.len() > THRESHOLDS.most_searched_rows) else {
+        let (low, high) = extremes(runs.iter().flat_map(|run| run.command.iter().copied()));
+        let (Some(gap), false) = (median(command_gaps(runs)), problem.len() > THRESHOLDS.most_searched_rows)
+        else {
             return Self::default();
         };
         let grid = places.grid.index;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::block_data::{BlockData, Runs};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
+use super::grid_search::finest;
 use super::not_named::Unmet;
 use super::rotor_block::RotorRun;
 use super::surrogate_test::surrogate;
@@ -127,10 +128,21 @@ pub(crate) fn unidentified(split: &DataSplit, fitted: &CandidateFit, known: &[Ef
     if !is_exercised(split, fitted) {
         return Some(Unmet::NotExercised { needed: THRESHOLDS.fewest_beyond_limit });
     }
-    if !fitted.is_determined(split, known) {
+    if !fitted.is_determined(split, known) || has_too_fine_a_grid(split, fitted, known) {
         return Some(Unmet::NotDetermined);
     }
     fitted.cancels(split, known).then_some(Unmet::Cancels)
+}
+
+/// Whether a grid of a set is one on which hardly two of the commands share a level.
+fn has_too_fine_a_grid(split: &DataSplit, fitted: &CandidateFit, known: &[Effect]) -> bool {
+    let own = known.iter().filter(|effect| effect.is_grid() && fitted.effects.contains(&effect.id));
+    let names =
+        own.flat_map(|effect| effect.parameters.iter().map(|own| format!("{}.{}", effect.id, own.name)));
+    let steps: Vec<f64> = names.filter_map(|name| fitted.model.parameter(&name)).collect();
+    // Commands are counted where there is a grid only.
+    let Some(step) = steps.into_iter().reduce(f64::min) else { return false };
+    step < THRESHOLDS.end_of_finest_grid * finest(&split.train)
 }
 
 /// Whether the data go beyond the limit that a set says the command has.
@@ -300,6 +312,23 @@ mod tests {
         let most = THRESHOLDS.inertia_bounds.1 * base.body.inertia;
         assert_eq!(ran("inertia", most, "inertia"), ["inertia"]);
         assert!(ran("inertia", 0.1 * most, "inertia").is_empty(), "a heavy one");
+    }
+
+    /// Three levels 0.2 apart: of a step of 0.2 each has its own, of one of 0.3 two have the same.
+    #[test]
+    fn a_grid_on_which_no_two_commands_share_a_level_is_none() {
+        let (base, split) = (Model::paper(), split());
+        let known = base.known_effects().expect("the catalogue");
+        let grid = known.iter().find(|effect| effect.is_grid()).expect("known");
+        let of = |effects: &[&str], step: f64| {
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            let mut model = base.with(grid);
+            model.set_parameter("command_quantization.step", step);
+            let fitted = CandidateFit { effects, model, ..leaves(vec![1.0; ROWS]) };
+            has_too_fine_a_grid(&split, &fitted, &known)
+        };
+        assert!(of(&["command_quantization"], 0.2) && !of(&["command_quantization"], 0.3));
+        assert!(!of(&["transport_delay"], 0.2), "the model's own");
     }
 
     #[test]

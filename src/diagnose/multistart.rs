@@ -34,6 +34,10 @@ impl Candidate<'_> {
                     let values: Vec<f64> = parameter.starts.iter().skip(1).copied().collect();
                     with(&starts, &values)
                 };
+                if self.is_discontinuous(&name) && !others.is_empty() {
+                    let finest = grid_search::finest(&split.train);
+                    starts.retain(|model| model.parameter(&name).is_none_or(|step| step >= finest));
+                }
                 // Where a grid puts the number ahead of it, the card's values of that are one.
                 for other in others {
                     if !starts.contains(&other) {

@@ -160,6 +160,10 @@ crate::thresholds! {
     spacing_reach: f64 = 0.01, "-", "judgement: a dead zone is a straight line there";
     /// a grid whose rounding error is below this share of the noise cannot be seen
     least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";
+    /// commands that a step of a grid holds, on the whole, at least: with fewer it is an offset of each of them
+    least_commands_of_step: f64 = 2.0, "count", "counting; a public log with commands 8 µs apart: steps of 1 and 8.6 µs took what a drag and a delay explain";
+    /// share of the finest grid looked at below which one that a fit ends with is too fine
+    end_of_finest_grid: f64 = 0.95, "-", "judgement: looks nearby move it by less";
     /// values of a grid looked at, at most
     most_grid_values: usize = 10_000, "count", "times of the development cases";
     /// values of a grid's step, the best on few samples, that are looked at on more samples

@@ -3,6 +3,7 @@
 use crate::diagnose::block_data::Runs;
 use crate::diagnose::candidate::*;
 use crate::diagnose::grid_refine::{Around, refine_with_error};
+use crate::diagnose::grid_search::finest;
 use crate::diagnose::rotor_block::rotor_runs;
 use crate::diagnose::tests::noise;
 use crate::diagnose::whole_steps::best_of_whole_steps;
@@ -188,4 +189,21 @@ fn numbers_that_the_fitted_data_refuse_are_not_taken() {
     assert!(ratio(&split.train) > 2.0, "and the fitted one has not: {}", ratio(&split.train));
     let of = (&own, &held_out);
     assert!(candidate.moved_on_held_out((&at, &starts.names), of, &[others.clone()], &split).is_none());
+}
+
+/// The card would have a fit start from a step that holds no two of these commands, a twentieth apart.
+#[test]
+fn no_fit_starts_from_a_grid_finer_than_the_commands() {
+    let base = Model::paper();
+    let known = base.known_effects().expect("the catalogue");
+    let grid = known.iter().find(|effect| effect.is_grid()).expect("known");
+    let mut data = levels(120, 1, 0.0);
+    let Runs::Rotor(runs) = &mut data.runs else { unreachable!("a rotor") };
+    runs[0].command = runs[0].command.iter().map(|command| (command / 0.05).round() * 0.05).collect();
+    let least = THRESHOLDS.end_of_finest_grid * finest(&data);
+    assert!(least > 0.08);
+    let candidate = Candidate { effects: vec![grid], ..candidate(&base, &known, &CURVE) };
+    let starts = candidate.starts(&base.with(grid), &[grid], &DataSplit::new(data, None));
+    let steps: Vec<f64> = starts.iter().filter_map(|it| it.parameter("command_quantization.step")).collect();
+    assert!(!steps.is_empty() && steps.iter().all(|step| *step > least), "{steps:?}");
 }
