@@ -227,7 +227,7 @@ crate::thresholds! {
     nearly_at_floor: f64 = 1.06, "-", "development cases of tools/campaign";
     /// below this factor of the noise floor no further effect is looked for
     done_at_floor: f64 = 1.03, "-", "development cases of tools/campaign";
-    /// a body so many times over its noise floor has something else on it, where one more effect leaves more than `hopeless_left`
+    /// what is so many times over its noise floor has something else on it, where one more effect leaves more than `hopeless_left`
     hopeless_over_floor: f64 = 3.0, "-", "development cases of tools/campaign: two of three effects leave up to 2.3; with 3.0, 39 laws outside the catalogue are all still unknown";
     /// share of the error that one more effect leaves: beyond it a further one would bend a curve to the data
     hopeless_left: f64 = 0.8, "-", "development cases of tools/campaign";

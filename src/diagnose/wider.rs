@@ -23,7 +23,7 @@ impl Search<'_> {
             over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor
         };
         for depth in [1, 2] {
-            if !is_unexplained(fits) {
+            if !is_unexplained(fits) || is_in_vain(split, (refitted, fits), depth) {
                 return;
             }
             let front = least(split, fits, depth, THRESHOLDS.wide_beam);
@@ -84,6 +84,16 @@ impl Search<'_> {
     }
 }
 
+/// Whether so many effects and more leave nearly as much as one less, far above the noise: there is something else, and what is found
+/// further on bends a curve to the data.
+fn is_in_vain(split: &DataSplit, (refitted, fits): (&CandidateFit, &[CandidateFit]), effects: usize) -> bool {
+    let over = |effects: usize| least(split, fits, effects, 1).first().map(|best| over_floors(split, best));
+    let before = if effects == 1 { Some(over_floors(split, refitted)) } else { over(effects - 1) };
+    let now = (effects..=THRESHOLDS.most_effects).filter_map(over).reduce(f64::min);
+    let (Some(now), Some(before)) = (now, before) else { return false };
+    now > THRESHOLDS.hopeless_over_floor && now > THRESHOLDS.hopeless_left * before
+}
+
 /// Training cost beyond which a set of so many effects is out of reach of the best known. The one that leaves least of what it was fitted
 /// on may have bent to it: what is held out counts, too.
 fn reach(split: &DataSplit, fits: &[CandidateFit], effects: usize) -> f64 {
@@ -107,8 +117,61 @@ fn of_size(fits: &[CandidateFit], effects: usize) -> impl Iterator<Item = &Candi
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::super::progress::SearchEvent;
     use super::super::tests::{ROWS, leaves, noise, split};
     use super::*;
+
+    /// What is left of noise and an error so many times as large that stays for a second.
+    fn left(size: f64) -> CandidateFit {
+        leaves((0..ROWS).map(|row| noise(row) + size * noise(ROWS + row / 100)).collect())
+    }
+
+    /// Ten times the noise: a second effect that takes off a tenth of the error is one of many things, one that takes off half of it is
+    /// not.
+    #[test]
+    fn far_above_the_noise_no_third_effect_is_looked_for_where_a_second_one_does_little() {
+        let split = split();
+        let set = |effects: &[&str], size: f64| {
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            CandidateFit { effects, ..left(size) }
+        };
+        let base = left(12.0);
+        let is_in_vain = |one: f64, two: f64, depth: usize| {
+            super::is_in_vain(&split, (&base, &[set(&["a"], one), set(&["a", "b"], two)]), depth)
+        };
+        assert!(is_in_vain(11.0, 10.5, 1) && !is_in_vain(6.0, 10.5, 1));
+        assert!(!is_in_vain(11.0, 5.0, 1), "two that grew from it do much");
+        assert!(is_in_vain(11.0, 10.0, 2) && !is_in_vain(11.0, 5.0, 2));
+        assert!(!is_in_vain(2.2, 2.0, 2), "two of three leave as little");
+        assert!(!super::is_in_vain(&split, (&base, &[]), 1), "none is known");
+    }
+
+    #[test]
+    fn what_one_more_effect_hardly_lowers_is_left_alone() {
+        let (split, base) = (split(), Model::paper());
+        let known = base.known_effects().expect("the catalogue");
+        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let ids = ["transport_delay", "static_offset"];
+        let asked = AtomicUsize::new(0);
+        let count = |_: SearchEvent| {
+            asked.fetch_add(1, Ordering::Relaxed);
+        };
+        let eligible = ids.map(|id| (effect(id), None)).to_vec();
+        let search = Search { base: &base, known: &known, eligible, progress: &count };
+        for (single, is_looked_wider) in [(11.0, false), (5.0, true)] {
+            let of = |id: &str| CandidateFit {
+                effects: vec![id.to_owned()],
+                model: base.with(effect(id)),
+                ..left(single)
+            };
+            let mut fits = ids.map(of).to_vec();
+            asked.store(0, Ordering::Relaxed);
+            search.look_wider(&split, &[], &left(12.0), (&mut fits, &mut LookCache::default()));
+            assert_eq!(asked.load(Ordering::Relaxed) > 0, is_looked_wider, "one leaves {single} of 12");
+        }
+    }
 
     #[test]
     fn a_set_that_bent_to_what_it_was_fitted_on_puts_none_out_of_reach() {
