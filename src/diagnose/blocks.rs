@@ -45,6 +45,7 @@ impl Blocks {
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {
                 let body = context.decide_sensor_lag(rotor, body)?;
+                let body = context.without_what_lags(rotor, body)?;
                 let driven = context.infer_driver(rotor, body)?;
                 Some(context.error_before_driver(rotor, driven)?)
             }

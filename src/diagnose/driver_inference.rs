@@ -57,6 +57,19 @@ impl BlockContext<'_> {
         Ok(body)
     }
 
+    /// The body with nothing named, where what was found in it may be what its rotors are off by.
+    pub(crate) fn without_what_lags(
+        &self,
+        rotor: &SearchResult,
+        body: SearchResult,
+    ) -> Result<SearchResult, DiagnoseError> {
+        if !may_be_of_lagging_rotors(rotor, &body) {
+            return Ok(body);
+        }
+        let refitted = self.body(Some((rotor, &rotor.answer)), &|split| (self.refit)(split, &[]))?;
+        Ok(refitted.unwrap_or(body))
+    }
+
     /// A body feels what its rotors do more finely than their own sensors tell: an effect that is lost in the noise of a
     /// rate, or that its numbers take up, may stand out in the body that it drives. Where the body's numbers alone do not
     /// explain it, the rotors' effects that pass the surrogate test are tried as what drives it.
@@ -283,6 +296,13 @@ fn plausible<'a>(rotor: &'a SearchResult, known: &[Effect]) -> Vec<&'a Candidate
     fits
 }
 
+/// Whether what was found in a body may be what its rotors are off by: their readings lag, so that nobody has seen the rates that drive
+/// it, and its own numbers alone leave no more than the scatter of the noise floor.
+fn may_be_of_lagging_rotors(rotor: &SearchResult, body: &SearchResult) -> bool {
+    let is_searched = !rotor.singles.is_empty() && !body.answer.effects.is_empty();
+    is_searched && senses_rotors(&rotor.answer) && body.over_floor(&body.refitted).0 <= THRESHOLDS.at_floor
+}
+
 /// Whether a fit leaves nothing but noise, on the data fitted on as on those held out.
 fn is_explained(found: &SearchResult, fitted: &CandidateFit) -> bool {
     let limit = found.at_floor();
@@ -368,4 +388,38 @@ fn prefers(one: &SearchResult, other: &SearchResult) -> Option<bool> {
     };
     let (a, b) = (score(one), score(other));
     ((a - b).abs() > THRESHOLDS.decides_between_drivers * a.min(b)).then_some(a < b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{ROWS, leaves, noise, split};
+    use super::*;
+
+    /// A block in which this effect was searched for and named, and how many times the noise its own numbers alone leave.
+    fn named(effect: &str, left: f64) -> SearchResult {
+        let residuals = |size: f64| leaves((0..ROWS).map(|row| size * noise(row)).collect());
+        let answer = CandidateFit { effects: vec![effect.to_owned()], ..residuals(1.0) };
+        let mut found = SearchResult::of_one(split(), [residuals(9.0), residuals(left), answer], Vec::new());
+        let effect = effect.to_owned();
+        found.singles.push(SingleEffect {
+            effect,
+            fitted: None,
+            surrogate: None,
+            refusal: None,
+            not_named: None,
+        });
+        found
+    }
+
+    #[test]
+    fn near_its_noise_a_body_that_nobody_saw_driven_has_nothing_to_name() {
+        let lagging = named("telemetry_lag", 3.0);
+        let within = 0.5 * (1.0 + THRESHOLDS.at_floor);
+        assert!(may_be_of_lagging_rotors(&lagging, &named("rotor_lag", within)));
+        assert!(!may_be_of_lagging_rotors(&lagging, &named("rotor_lag", 3.0 * THRESHOLDS.at_floor)));
+        let seen = named("transport_delay", 3.0);
+        assert!(!may_be_of_lagging_rotors(&seen, &named("rotor_lag", within)), "its rates were read");
+        let asked_for = SearchResult { singles: Vec::new(), ..lagging };
+        assert!(!may_be_of_lagging_rotors(&asked_for, &named("rotor_lag", within)), "it stays");
+    }
 }
