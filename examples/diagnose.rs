@@ -14,9 +14,13 @@ use rotorbench::runtime::ExperimentPlan;
 use rotorbench::screening::ScreenedLog;
 use rotorbench::session::{self, Extended, Job};
 
-/// Prints the result.
-pub fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn Error>> {
     let (found, extended) = diagnosed()?;
+    print(&found, &extended)
+}
+
+/// Prints the result.
+pub fn print(found: &Diagnosis, extended: &Extended) -> Result<(), Box<dyn Error>> {
     println!("{:?}: {}", found.verdict, found.effects.join(", "));
     for (name, parameter) in &found.parameters {
         println!("  {name} = {:.4} {}", parameter.value, parameter.unit);

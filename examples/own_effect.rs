@@ -16,14 +16,17 @@ use rotorbench::session::{self, Job};
 /// What the law adds to the torque on the body [N m]: a spring that gets stiffer as it bends.
 const LAW: &str = "-k*body_angle*abs(body_angle)";
 
+fn main() -> Result<(), Box<dyn Error>> {
+    print(&diagnosed()?);
+    Ok(())
+}
+
 /// Prints the result.
-pub fn main() -> Result<(), Box<dyn Error>> {
-    let found = diagnosed()?;
+pub fn print(found: &Diagnosis) {
     println!("{:?}: {}", found.verdict, found.effects.join(", "));
     for (name, parameter) in &found.parameters {
         println!("  {name} = {:.3} {}", parameter.value, parameter.unit);
     }
-    Ok(())
 }
 
 /// A model that knows the law, asked about a bench that has it.

@@ -3,10 +3,12 @@
 #[path = "../examples/compare.rs"]
 mod compare;
 #[path = "../examples/diagnose.rs"]
+#[expect(dead_code, reason = "its main calls what is called here")]
 mod diagnose;
 #[path = "../examples/own_controller.rs"]
 mod own_controller;
 #[path = "../examples/own_effect.rs"]
+#[expect(dead_code, reason = "its main calls what is called here")]
 mod own_effect;
 #[path = "../examples/read_log.rs"]
 mod read_log;
@@ -34,8 +36,8 @@ fn compare_finds_the_rotors_at_their_noise_and_the_body_above() {
 
 #[test]
 fn diagnose_names_the_pendulum_and_extend_adds_it() {
-    diagnose::main().expect("it runs");
     let (found, extended) = diagnose::diagnosed().expect("diagnosed");
+    diagnose::print(&found, &extended).expect("it is a model");
     assert_eq!(found.verdict, Verdict::MissingEffect);
     assert_eq!(found.effects, ["gravity_pendulum"]);
     assert!(extended.has_fallen && extended.extension.model.has("gravity_pendulum"));
@@ -43,8 +45,8 @@ fn diagnose_names_the_pendulum_and_extend_adds_it() {
 
 #[test]
 fn own_effect_is_named_before_the_catalogue() {
-    own_effect::main().expect("it runs");
     let found = own_effect::diagnosed().expect("diagnosed");
+    own_effect::print(&found);
     assert_eq!(found.effects, ["progressive_spring"]);
     let strength = &found.parameters["progressive_spring.k"];
     let error = strength.standard_error.expect("determined");
