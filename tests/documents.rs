@@ -1,7 +1,8 @@
 //! What README and guide show is true: commands run, options and bench files exist, links lead somewhere.
 //!
-//! Blocks marked `sh` are run, line by line (the same diagnosis of the same logs once), in a folder that holds `train.csv` and `held_out.csv`; each line of a block marked
-//! `text output` is a line that one of the page's commands says; each block of TOML is marked with its kind, whose reader accepts it:
+//! Blocks marked `sh` are run, line by line (the same diagnosis of the same logs once), in a folder that holds `train.csv` and
+//! `held_out.csv`; each line of a block marked `text output` is a line that one of the page's commands says; each block of TOML is
+//! marked with its kind, whose reader accepts it:
 //! `toml bench` and `toml plan` (`toml bench=FILE`, `toml plan=FILE`: that the page's commands read), `toml mapping`, and parts of
 //! files, `toml bench part` and `toml model part`; all others are for reading.
 

@@ -6,6 +6,7 @@ use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::error::DiagnoseError;
 use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};
+use super::not_named::{NotNamed, Unmet};
 use super::search_result::{SearchResult, SingleEffect};
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
@@ -57,7 +58,7 @@ impl BlockContext<'_> {
         Ok(body)
     }
 
-    /// The body with nothing named, where what was found in it may be what its rotors are off by.
+    /// The body with nothing named, where what was found in it may be what its rotors are off by; what was tried is kept, with the reason.
     pub(crate) fn without_what_lags(
         &self,
         rotor: &SearchResult,
@@ -67,7 +68,13 @@ impl BlockContext<'_> {
             return Ok(body);
         }
         let refitted = self.body(Some((rotor, &rotor.answer)), &|split| (self.refit)(split, &[]))?;
-        Ok(refitted.unwrap_or(body))
+        let Some(refitted) = refitted else { return Ok(body) };
+        let nothing_left = NotNamed { beside: Vec::new(), condition: Unmet::NothingLeft };
+        let of_tried = |single: SingleEffect| {
+            let not_named = single.refusal.is_none().then(|| nothing_left.clone());
+            SingleEffect { not_named, ..single }
+        };
+        Ok(SearchResult { singles: body.singles.into_iter().map(of_tried).collect(), ..refitted })
     }
 
     /// A body feels what its rotors do more finely than their own sensors tell: an effect that is lost in the noise of a
@@ -388,38 +395,4 @@ fn prefers(one: &SearchResult, other: &SearchResult) -> Option<bool> {
     };
     let (a, b) = (score(one), score(other));
     ((a - b).abs() > THRESHOLDS.decides_between_drivers * a.min(b)).then_some(a < b)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::{ROWS, leaves, noise, split};
-    use super::*;
-
-    /// A block in which this effect was searched for and named, and how many times the noise its own numbers alone leave.
-    fn named(effect: &str, left: f64) -> SearchResult {
-        let residuals = |size: f64| leaves((0..ROWS).map(|row| size * noise(row)).collect());
-        let answer = CandidateFit { effects: vec![effect.to_owned()], ..residuals(1.0) };
-        let mut found = SearchResult::of_one(split(), [residuals(9.0), residuals(left), answer], Vec::new());
-        let effect = effect.to_owned();
-        found.singles.push(SingleEffect {
-            effect,
-            fitted: None,
-            surrogate: None,
-            refusal: None,
-            not_named: None,
-        });
-        found
-    }
-
-    #[test]
-    fn near_its_noise_a_body_that_nobody_saw_driven_has_nothing_to_name() {
-        let lagging = named("telemetry_lag", 3.0);
-        let within = 0.5 * (1.0 + THRESHOLDS.at_floor);
-        assert!(may_be_of_lagging_rotors(&lagging, &named("rotor_lag", within)));
-        assert!(!may_be_of_lagging_rotors(&lagging, &named("rotor_lag", 3.0 * THRESHOLDS.at_floor)));
-        let seen = named("transport_delay", 3.0);
-        assert!(!may_be_of_lagging_rotors(&seen, &named("rotor_lag", within)), "its rates were read");
-        let asked_for = SearchResult { singles: Vec::new(), ..lagging };
-        assert!(!may_be_of_lagging_rotors(&asked_for, &named("rotor_lag", within)), "it stays");
-    }
 }

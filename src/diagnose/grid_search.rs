@@ -196,7 +196,7 @@ pub(crate) fn command_gaps(runs: &[RotorRun]) -> Vec<f64> {
 mod tests {
     use super::super::grid_refine::{Around, refine, refine_with_error};
     use super::super::rotor_block::rotor_runs;
-    use super::super::tests::behind_a_dead_zone;
+    use super::super::tests::{at_once, behind_a_dead_zone};
     use super::*;
     use crate::estimation::output_error::{Free, fit};
     use crate::log::Dataset;
@@ -277,6 +277,20 @@ mod tests {
             assert_eq!((best / step - 1.0).abs() < 1e-3, is_found, "{step}: {best}");
             assert!(best > 0.0155, "{step}: {best}");
         }
+    }
+
+    #[test]
+    fn a_command_in_other_last_digits_is_the_same() {
+        let of = |off: f64| {
+            let command = |row: u32| 0.3 + 0.05 * f64::from(row % 6) + off * f64::from(row % 7);
+            finest(&at_once((0..420).map(command)))
+        };
+        // Six levels over 0.25.
+        let two_of_them = 2.0 * 0.25 / 6.0;
+        for off in [0.0, 1e-10] {
+            assert!((of(off) / two_of_them - 1.0).abs() < 1e-6, "{off}: {}", of(off));
+        }
+        assert!(of(1e-4) < 0.2 * two_of_them, "others");
     }
 
     /// A dead zone that was found without the grid is known to a few steps of it, and where the grid lies is not.

@@ -324,11 +324,12 @@ mod tests {
             let effects = effects.iter().map(|id| (*id).to_owned()).collect();
             let mut model = base.with(grid);
             model.set_parameter("command_quantization.step", step);
-            let fitted = CandidateFit { effects, model, ..leaves(vec![1.0; ROWS]) };
-            has_too_fine_a_grid(&split, &fitted, &known)
+            model.standard_errors.insert("command_quantization.step".to_owned(), 1e-3);
+            CandidateFit { effects, model, ..leaves(vec![1.0; ROWS]) }
         };
-        assert!(of(&["command_quantization"], 0.2) && !of(&["command_quantization"], 0.3));
-        assert!(!of(&["transport_delay"], 0.2), "the model's own");
+        let why = |step: f64| unidentified(&split, &of(&["command_quantization"], step), &known);
+        assert_eq!((why(0.2), why(0.3)), (Some(Unmet::NotDetermined), None));
+        assert!(!has_too_fine_a_grid(&split, &of(&["transport_delay"], 0.2), &known), "the model's own");
     }
 
     #[test]
