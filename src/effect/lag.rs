@@ -35,6 +35,6 @@ macro_rules! lag {
         fn rate(parameters: &[f64]) -> f64 {
             parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
         }
-        $crate::effect::Memory { steady_state, transition, advance, add, rate, slow: $slow }
+        $crate::effect::Memory { steady_state, transition, advance, add, rate, corner: None, slow: $slow }
     }};
 }

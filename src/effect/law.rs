@@ -5,6 +5,9 @@ use super::{Expression, Point};
 /// A law without memory: parameters and point in, what it adds to its site out.
 pub type StaticLaw = fn(&[f64], &Point) -> f64;
 
+/// What a law with memory says of its state: parameters, state and point in.
+pub type StateLaw = fn(&[f64], f64, &Point) -> f64;
+
 /// The law of a constant: what it adds is its one parameter.
 pub(super) fn constant(parameters: &[f64], _: &Point) -> f64 {
     parameters.first().copied().unwrap_or(0.0)
@@ -20,9 +23,11 @@ pub struct Memory {
     /// The state after a span with this transition, the point held.
     pub advance: fn(&[f64], f64, &Point, f64) -> f64,
     /// What it adds to its site.
-    pub add: fn(&[f64], f64, &Point) -> f64,
+    pub add: StateLaw,
     /// [1/s] the fastest rate a simulation has to resolve.
     pub rate: fn(&[f64]) -> f64,
+    /// Of a state that stops at a corner: [s] until it is there, the point held. Steps end there, and need not resolve it.
+    pub corner: Option<StateLaw>,
     /// Whether the state at a log's start is unknown and matters, so that a fit must find it.
     pub slow: bool,
 }

@@ -24,7 +24,7 @@ use functions::response_after;
 pub use functions::step_response;
 pub(crate) use functions::{RowResponse, SAME_SPAN, sin, tanh};
 use law::constant;
-pub use law::{Law, Memory, StaticLaw};
+pub use law::{Law, Memory, StateLaw, StaticLaw};
 pub use site::{Point, Site};
 
 macro_rules! catalogue {

@@ -35,7 +35,7 @@ pub(super) static CARD: Card = Card {
             meaning: "how slowly it warms",
         },
     ],
-    law: Law::Memory(Memory { steady_state, transition, advance, add, rate, slow: true }),
+    law: Law::Memory(Memory { steady_state, transition, advance, add, rate, corner: None, slow: true }),
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,

@@ -21,7 +21,15 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "fastest change of the steady rate",
     }],
-    law: Law::Memory(Memory { steady_state, transition, advance, add, rate, slow: false }),
+    law: Law::Memory(Memory {
+        steady_state,
+        transition,
+        advance,
+        add,
+        rate,
+        corner: Some(corner),
+        slow: false,
+    }),
     needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
@@ -52,7 +60,11 @@ fn add(_: &[f64], state: f64, point: &Point) -> f64 {
     state - point.steady_rate
 }
 
-/// The corners of a ramp are resolved to a few milliseconds.
+/// A ramp is a straight line up to its corner, at which a step ends.
 fn rate(_: &[f64]) -> f64 {
-    100.0
+    0.0
+}
+
+fn corner(parameters: &[f64], state: f64, point: &Point) -> f64 {
+    parameters.first().map_or(0.0, |rate| ((point.steady_rate - state) / rate).abs())
 }

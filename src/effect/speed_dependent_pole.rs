@@ -39,7 +39,8 @@ pub(super) static CARD: Card = Card {
 
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [slope] = *parameters else { return 0.0 };
-    let factor = 1.0 + slope * (point.propeller_rate - point.hover_rate) / point.hover_rate;
+    // The division waits for nothing that moves: a step goes on beside it.
+    let factor = 1.0 + slope / point.hover_rate * (point.propeller_rate - point.hover_rate);
     (factor.max(THRESHOLDS.smallest_pole_factor) - 1.0)
         * point.pole
         * (point.steady_rate - point.propeller_rate)

@@ -118,6 +118,15 @@ impl Remembers<'_> {
         }
     }
 
+    /// [s] until its state stops at a corner, the point held, where it has one.
+    #[inline]
+    pub(super) fn corner(&self, state: f64, point: &Point) -> Option<f64> {
+        match self {
+            Self::Law(memory, parameters) => memory.corner.map(|corner| corner(parameters, state, point)),
+            Self::Own(..) => None,
+        }
+    }
+
     /// Whether the state at a log's start matters for long.
     pub(super) fn is_slow(&self) -> bool {
         matches!(self, Self::Law(memory, _) if memory.slow)
@@ -136,6 +145,10 @@ pub struct Equations {
     pub(super) is_stiff: bool,
     /// Whether no law on the body looks at anything but how it moves.
     pub(super) sees_motion_only: bool,
+    /// Whether a law on the command may look at the time.
+    pub(super) looks_at_time: bool,
+    /// Whether a law on the steady rate stops at a corner.
+    pub(super) has_corner: bool,
     /// The constants every law may look at.
     pub(super) constants: Point,
     pub(super) command_delay: f64,
@@ -164,6 +177,8 @@ impl Model {
             per_inertia: 1.0 / self.body.inertia,
             is_stiff: false,
             sees_motion_only: true,
+            looks_at_time: false,
+            has_corner: false,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,
                 battery_voltage: self.actuator.full_voltage,
@@ -284,6 +299,8 @@ impl Equations {
             Law::Memory(memory) => Hook::Memory(*memory, parameters),
         };
         let remembers = hook.memory().is_some();
+        self.looks_at_time |= site == Site::Command && matches!(hook, Hook::Expression(..));
+        self.has_corner |= matches!(&hook, Hook::Memory(memory, _) if memory.corner.is_some());
         match site {
             Site::Command => self.command.push(hook),
             Site::SteadyRate => self.steady.push(hook),

@@ -1,7 +1,7 @@
 //! A free run of a rotor that is a first-order lag, laid out once for many laws on its command: the search for a grid asks for thousands of
 //! them, and where commands change and how far the lag goes in between is the same for all.
 
-use super::equations::{Equations, Hook};
+use super::equations::Equations;
 use super::rotor_stride::Strides;
 use super::rotor_trace::{RotorInput, RotorStart};
 
@@ -61,12 +61,10 @@ impl Equations {
     pub(crate) fn readings_along(&self, path: &LagPath, start: &RotorStart, out: &mut [f64]) {
         let mut point = self.constants;
         point.side = path.side;
-        // An expression may look at the time.
-        let looks_at_time = self.command.iter().any(|hook| matches!(hook, Hook::Expression(..)));
         let mut out = out.iter_mut();
         let (mut rate, mut z, mut seen) = (f64::NAN, f64::NAN, None);
         for piece in &path.pieces {
-            if looks_at_time || seen != Some(piece.seen()) {
+            if self.looks_at_time || seen != Some(piece.seen()) {
                 point.time = piece.time;
                 z = self.steady_rate_at(&mut point, piece.command, piece.voltage);
             }

@@ -28,6 +28,7 @@ mod lag_path;
 mod measure;
 mod rotor;
 mod rotor_error;
+mod rotor_inputs;
 mod rotor_step;
 mod rotor_stride;
 mod rotor_trace;

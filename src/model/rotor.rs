@@ -1,6 +1,7 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
-use super::equations::Equations;
+use super::equations::{Equations, Hook};
+use super::rotor_inputs::Held;
 use super::rotor_stride::{Stride, Strides};
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::runge_kutta;
@@ -51,7 +52,7 @@ impl Equations {
             return trace.finish_command(end);
         }
         let mut point = Point { side: input.side, ..self.constants };
-        if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
+        if self.hold_rotor(&mut point, input, (0, 0), &mut Held::default()).is_none() {
             return;
         }
         let state = self.initial_state(point, start);
@@ -75,7 +76,7 @@ impl Equations {
         let mut sensor = point;
         // A law without memory, one of the user's, may look at what changes from row to row.
         let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());
-        let mut strides = Strides::of(self);
+        let (mut strides, mut held) = (Strides::of(self), Held::default());
         // Index of the command in force: behind the row by the delay.
         let mut delayed = 0;
         let goes_on_until = start.goes_on_until(self.arrival(input));
@@ -85,7 +86,7 @@ impl Equations {
             cancel::check_at(row);
             if sensor_looks {
                 delayed = self.in_force(input, delayed, input.time.get(row).copied());
-                if self.hold_rotor(&mut sensor, input, (delayed, row)).is_none() {
+                if self.hold_rotor(&mut sensor, input, (delayed, row), &mut Held::default()).is_none() {
                     return;
                 }
             }
@@ -96,13 +97,13 @@ impl Equations {
             while from < *next {
                 let waits = start.rate.filter(|_| from < goes_on_until);
                 let to = self.held_until(input, &mut delayed, (from, *next), waits.map(|_| goes_on_until));
-                if self.hold_rotor(&mut point, input, (delayed, row)).is_none() {
+                if self.hold_rotor(&mut point, input, (delayed, row), &mut held).is_none() {
                     return;
                 }
                 point.steady_rate = waits.unwrap_or(point.steady_rate);
                 let (span, before) = (to - from, state.rate);
-                let gone =
-                    self.go_through(&mut state, &mut point, strides.over(span), (span, trace.wants_means()));
+                let over = (span, trace.wants_means());
+                let gone = self.go_through(&mut state, &mut point, &mut strides, over);
                 turned += gone;
                 // Laws move it from there, which nobody has seen.
                 state.rate = waits.unwrap_or(state.rate);
@@ -158,54 +159,6 @@ impl Equations {
         self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty()
     }
 
-    /// The row whose command is in force at `at` [s], behind it by the delay; from the one before on.
-    #[inline]
-    fn in_force(&self, input: &RotorInput, mut row: usize, at: Option<f64>) -> usize {
-        let since = input.since();
-        while (since.get(row + 1).zip(at)).is_some_and(|(change, at)| change + self.command_delay <= at) {
-            row += 1;
-        }
-        row
-    }
-
-    /// [s] when the first command of a run arrives.
-    #[inline]
-    pub(super) fn arrival(&self, input: &RotorInput) -> f64 {
-        input.time.first().map_or(0.0, |first| first + self.command_delay)
-    }
-
-    /// [s] until when the command that is in force `from` some time on stays so within its row, or until it `arrives`; `row` becomes the
-    /// row of that command.
-    #[inline]
-    pub(super) fn held_until(
-        &self,
-        input: &RotorInput,
-        row: &mut usize,
-        (from, next): (f64, f64),
-        arrives: Option<f64>,
-    ) -> f64 {
-        *row = self.in_force(input, *row, Some(from));
-        let change = || input.since().get(*row + 1).map_or(next, |change| change + self.command_delay);
-        arrives.unwrap_or_else(change).min(next)
-    }
-
-    /// Goes through a `span` [s] of held inputs; the integral of the rate over it, where that is wanted.
-    #[inline]
-    pub(super) fn go_through(
-        &self,
-        state: &mut RotorState,
-        point: &mut Point,
-        stride: &Stride,
-        (span, wants_mean): (f64, bool),
-    ) -> f64 {
-        if !self.is_lag() {
-            return self.advance(state, point, stride, wants_mean);
-        }
-        let way = point.steady_rate - state.rate;
-        state.rate += way * stride.response;
-        point.steady_rate * span - way * stride.response / self.pole
-    }
-
     /// The integral of the squared rate over a `span` [s] in which the rate went from `before` to `after` and turned by `gone`.
     fn squared_over(&self, before: f64, after: f64, z: f64, gone: f64, span: f64) -> f64 {
         if self.is_lag() {
@@ -238,23 +191,6 @@ impl Equations {
         }
         trace.row(rate, rate);
         trace.finish(rate, start.steady);
-    }
-
-    /// The point learns the command and the battery's voltage of two rows, and z.
-    #[inline]
-    fn hold_rotor(
-        &self,
-        point: &mut Point,
-        input: &RotorInput,
-        (command_row, row): (usize, usize),
-    ) -> Option<()> {
-        let command = *input.command.get(command_row)?;
-        let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
-        point.time = *input.time.get(row)?;
-        point.propeller_rate = self.constants.propeller_rate;
-        point.steady_rate = self.constants.steady_rate;
-        point.steady_rate = self.steady_rate_at(point, command, voltage);
-        Some(())
     }
 
     /// The steady state of everything at a held point, but for what the start says.
@@ -305,7 +241,13 @@ impl Equations {
     }
 
     /// Advances every state over a span in which command and voltage hold; answers the angle turned [rad].
-    fn advance(&self, state: &mut RotorState, point: &mut Point, stride: &Stride, wants_mean: bool) -> f64 {
+    pub(super) fn advance(
+        &self,
+        state: &mut RotorState,
+        point: &mut Point,
+        stride: &Stride,
+        wants_mean: bool,
+    ) -> f64 {
         let (step, held) = (stride.step, point.steady_rate);
         let wants_mean = wants_mean || !self.rotor_sensor.is_empty();
         let mut turned = 0.0;
@@ -375,9 +317,18 @@ impl Equations {
         if self.acceleration.is_empty() {
             return rate + z.iter().zip(stride.weights).map(|(z, weight)| weight * (z - rate)).sum::<f64>();
         }
+        let pole = self.pole;
+        if let [Hook::Static(law, parameters)] = self.acceleration.as_slice() {
+            // Most have one law, and it is asked for four times a step.
+            let with_law = |rate: f64, z: f64| {
+                (point.propeller_rate, point.steady_rate) = (rate, z);
+                pole * (z - rate) + law(parameters, point)
+            };
+            return runge_kutta(with_law, rate, z, stride.step);
+        }
         let with_laws = |rate: f64, z: f64| {
             (point.propeller_rate, point.steady_rate) = (rate, z);
-            self.pole * (z - rate) + self.acceleration.iter().map(|hook| hook.add(point)).sum::<f64>()
+            pole * (z - rate) + self.acceleration.iter().map(|hook| hook.add(point)).sum::<f64>()
         };
         runge_kutta(with_laws, rate, z, stride.step)
     }

@@ -2,6 +2,7 @@
 
 use super::equations::Equations;
 use super::rotor::RotorState;
+use super::rotor_stride::Strides;
 use super::rotor_trace::{MOST_STATES, RotorStart};
 use crate::effect::Point;
 
@@ -65,8 +66,7 @@ impl Member {
             state.has_begun = true;
         }
         if span > 0.0 {
-            let stride = equations.stride(span, equations.fastest());
-            equations.go_through(&mut state.rotor, &mut point, &stride, (span, false));
+            equations.go_through(&mut state.rotor, &mut point, &mut Strides::of(equations), (span, false));
             // A standing motor is not driven backwards by a weak battery.
             state.rotor.rate = state.rotor.rate.max(0.0);
             state.time += span;

@@ -1,10 +1,11 @@
 //! How far apart the steps of a rotor's free run are.
 
 use super::equations::{Equations, Hook};
+use super::rotor::RotorState;
 use super::rotor_trace::MOST_STATES;
 use super::runge_kutta::step_weights;
 use super::thresholds::THRESHOLDS;
-use crate::effect::{SAME_SPAN, step_response};
+use crate::effect::{Point, SAME_SPAN, step_response};
 
 /// How a span of held inputs is gone through: what all spans of one length have in common.
 #[derive(Clone, Copy)]
@@ -15,7 +16,7 @@ pub(super) struct Stride {
     pub(super) count: usize,
     /// [s] one of them.
     pub(super) step: f64,
-    /// Weights of the ways to z, see [`step_weights`].
+    /// Weights of the ways to z where no law acts on the acceleration, see [`step_weights`].
     pub(super) weights: [f64; 3],
     /// The step response of the lag after the whole span.
     pub(super) response: f64,
@@ -77,6 +78,48 @@ impl<'a> Strides<'a> {
 }
 
 impl Equations {
+    /// Goes through a `span` [s] of held inputs, a step of it up to where a law stops at a corner; the integral of the rate over it,
+    /// where that is wanted.
+    #[inline]
+    pub(super) fn go_through(
+        &self,
+        state: &mut RotorState,
+        point: &mut Point,
+        strides: &mut Strides,
+        (span, wants_mean): (f64, bool),
+    ) -> f64 {
+        if self.is_lag() {
+            let response = strides.over(span).response;
+            let way = point.steady_rate - state.rate;
+            state.rate += way * response;
+            return point.steady_rate * span - way * response / self.pole;
+        }
+        let corner = if self.has_corner { self.corner(state, point) } else { 0.0 };
+        if !(0.0 < corner && corner < span) {
+            return self.advance(state, point, strides.over(span), wants_mean);
+        }
+        let held = point.steady_rate;
+        let turned = self.advance(state, point, strides.over(corner), wants_mean);
+        point.steady_rate = held;
+        turned + self.advance(state, point, strides.over(span - corner), wants_mean)
+    }
+
+    /// [s] until a law on the steady rate stops at a corner, the point held; zero where none does.
+    fn corner(&self, state: &RotorState, point: &Point) -> f64 {
+        let mut point = Point { propeller_rate: state.rate, ..*point };
+        for (hook, memory_state) in self.steady.iter().zip(&state.steady) {
+            let Some(memory) = hook.memory() else {
+                point.steady_rate += hook.add(&point);
+                continue;
+            };
+            if let Some(corner) = memory.corner(*memory_state, &point) {
+                return corner;
+            }
+            point.steady_rate += memory.add(*memory_state, &point);
+        }
+        0.0
+    }
+
     /// [1/s] the fastest rate that a step has to resolve.
     pub(super) fn fastest(&self) -> f64 {
         let hooks = self.steady.iter().chain(&self.rotor_sensor);
@@ -84,13 +127,6 @@ impl Equations {
         // The laws on the acceleration move the pole by a small factor at most.
         let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
         rates.fold(pole, f64::max)
-    }
-
-    /// How a span is gone through.
-    pub(super) fn stride(&self, span: f64, fastest: f64) -> Stride {
-        let mut stride = Stride::NONE;
-        self.set_stride(&mut stride, span, fastest);
-        stride
     }
 
     /// Makes a stride that of a span: an uneven clock asks for another one at each row, too many to be copied.
@@ -108,7 +144,9 @@ impl Equations {
             let steps = (span * fastest / THRESHOLDS.step_share).ceil().clamp(1.0, finest);
             (steps as usize, span / steps)
         };
-        stride.weights = step_weights(self.pole * stride.step);
+        if self.acceleration.is_empty() {
+            stride.weights = step_weights(self.pole * stride.step);
+        }
         set_transitions(&self.steady, 0.5 * stride.step, &mut stride.half_steady);
         set_transitions(&self.rotor_sensor, stride.step, &mut stride.sensor);
     }

@@ -20,6 +20,8 @@ const HEAT: [(&str, &str, f64); 2] =
 const LAG: (&str, &str, f64) = ("second_order_lag", "pole", 60.0);
 const LATE: (&str, &str, f64) = ("transport_delay", "delay", 0.013);
 const DRAG: (&str, &str, f64) = ("speed_dependent_pole", "slope", 0.5);
+/// Commands move z by up to 200 rad/s.
+const RAMP: (&str, &str, f64) = ("slew_rate_limit", "rate", 3000.0);
 const TELEMETRY: (&str, &str, f64) = ("telemetry_lag", "pole", 40.0);
 
 /// [rad/s] not at the steady rate, of which each law has its own.
@@ -55,6 +57,8 @@ fn each_interval_of_an_uneven_clock_has_its_own_steps() {
         &HEAT[..],
         &[HEAT[0], HEAT[1], LATE],
         &[LAG, LATE],
+        &[RAMP, LATE],
+        &[HEAT[0], HEAT[1], RAMP, LAG],
         &[DRAG, TELEMETRY, LATE],
         &[HEAT[0], HEAT[1], LAG, DRAG, TELEMETRY, LATE],
     ] {
@@ -122,6 +126,7 @@ fn a_rotor_run_beside_a_bench_turns_as_the_one_over_its_log() {
         &[("command_dead_zone", "width", 0.08), ("command_quantization", "step", 0.03)],
         &[HEAT[0], HEAT[1]],
         &[LAG, DRAG],
+        &[RAMP],
         &[TELEMETRY, ("asymmetric_pole", "ratio", 0.5)],
         &[HEAT[0], HEAT[1], LAG, DRAG, TELEMETRY],
     ] {

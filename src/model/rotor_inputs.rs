@@ -1,0 +1,77 @@
+//! What a rotor is given, and when: the command in force, behind it the voltage and z.
+
+use super::equations::Equations;
+use super::rotor_trace::RotorInput;
+use crate::effect::Point;
+
+/// What a point was given last: a command that stays for many rows, at a voltage that does, needs no second look.
+#[derive(Default)]
+pub(super) struct Held {
+    /// [-], [V]
+    of: Option<(f64, f64)>,
+    /// [rad/s] the steady rate before the laws on it.
+    z: f64,
+}
+
+impl Equations {
+    /// The row whose command is in force at `at` [s], behind it by the delay; from the one before on.
+    #[inline]
+    pub(super) fn in_force(&self, input: &RotorInput, mut row: usize, at: Option<f64>) -> usize {
+        let since = input.since();
+        while (since.get(row + 1).zip(at)).is_some_and(|(change, at)| change + self.command_delay <= at) {
+            row += 1;
+        }
+        row
+    }
+
+    /// [s] when the first command of a run arrives.
+    #[inline]
+    pub(super) fn arrival(&self, input: &RotorInput) -> f64 {
+        input.time.first().map_or(0.0, |first| first + self.command_delay)
+    }
+
+    /// [s] until when the command that is in force `from` some time on stays so within its row, or until it `arrives`; `row` becomes the
+    /// row of that command.
+    #[inline]
+    pub(super) fn held_until(
+        &self,
+        input: &RotorInput,
+        row: &mut usize,
+        (from, next): (f64, f64),
+        arrives: Option<f64>,
+    ) -> f64 {
+        *row = self.in_force(input, *row, Some(from));
+        arrives.unwrap_or_else(|| self.next_change(input, *row, next)).min(next)
+    }
+
+    /// [s] when a command arrives that differs from that of a row, or `until`.
+    #[inline]
+    fn next_change(&self, input: &RotorInput, row: usize, until: f64) -> f64 {
+        let commands = input.since().iter().zip(input.command).skip(row);
+        let in_force = input.command.get(row);
+        let arrivals = commands.skip(1).map(|(since, command)| (since + self.command_delay, command));
+        let changes = arrivals.filter(|(arrives, command)| *arrives >= until || Some(*command) != in_force);
+        changes.map(|(arrives, _)| arrives).next().unwrap_or(until)
+    }
+
+    /// The point learns the command and the battery's voltage of two rows, and z; `held` is what it has learnt last.
+    #[inline]
+    pub(super) fn hold_rotor(
+        &self,
+        point: &mut Point,
+        input: &RotorInput,
+        (command_row, row): (usize, usize),
+        held: &mut Held,
+    ) -> Option<()> {
+        let command = *input.command.get(command_row)?;
+        let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
+        point.time = *input.time.get(row)?;
+        if held.of != Some((command, voltage)) || self.looks_at_time {
+            point.propeller_rate = self.constants.propeller_rate;
+            point.steady_rate = self.constants.steady_rate;
+            *held = Held { of: Some((command, voltage)), z: self.steady_rate_at(point, command, voltage) };
+        }
+        point.steady_rate = held.z;
+        Some(())
+    }
+}
