@@ -327,6 +327,14 @@ impl BlockData {
         Self { sigma: self.sigma, ..Self::new(Runs::Rotor(pieces.collect())) }
     }
 
+    /// The samples of each level of each rotor's run that suffice to compare starts.
+    #[must_use]
+    pub fn with_levels_thinned(&self) -> Self {
+        let Runs::Rotor(runs) = &self.runs else { return self.clone() };
+        let thinned = runs.iter().map(RotorRun::with_levels_thinned).collect();
+        Self { sigma: self.sigma, ..Self::new(Runs::Rotor(thinned)) }
+    }
+
     /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.
     #[must_use]
     pub fn thinned(&self, share: usize) -> Self {

@@ -53,16 +53,19 @@ impl DataSplit {
                 })
                 .collect(),
         };
-        // Of levels held for long a part would miss most.
         let share = THRESHOLDS.coarse_share.max(train.readings() / THRESHOLDS.enough_samples);
         let part = || {
-            if train.readings() > THRESHOLDS.long_log {
+            if train.holds_levels() {
+                // A part of them in one piece would miss most.
+                train.with_levels_thinned()
+            } else if train.readings() > THRESHOLDS.long_log {
                 train.in_long_pieces(share)
             } else {
                 train.thinned(share)
             }
         };
-        let coarse = (train.len() > THRESHOLDS.many_samples && !train.holds_levels()).then(part);
+        let many = if train.holds_levels() { THRESHOLDS.enough_samples } else { THRESHOLDS.many_samples };
+        let coarse = (train.len() > many).then(part);
         Self {
             validate: validate.unwrap_or_else(|| train.clone()),
             train,
@@ -223,6 +226,28 @@ mod tests {
             assert_eq!(folds.iter().filter(|(_, held_out)| held_out[row]).count(), 1, "row {row}");
             assert!(folds.iter().all(|(train, held_out)| train[row] != held_out[row]), "row {row}");
         }
+    }
+
+    /// Starts are compared on a part of many samples; of levels held for long, of which more are needed, on all levels.
+    #[test]
+    fn of_many_samples_a_part_is_enough_to_compare_starts() {
+        let part = |rows: usize, level: usize| {
+            let rows = u32::try_from(rows).expect("few");
+            let level = u32::try_from(level).expect("few");
+            let commands = (0..rows).map(|row| 0.3 + 0.05 * f64::from(row / level % 7));
+            let split = DataSplit::new(at_once(commands), None);
+            split.coarse.map(|coarse| match &coarse.runs {
+                Runs::Rotor(runs) => (coarse.len(), runs[0].steps()),
+                Runs::Body(_) => (0, 0),
+            })
+        };
+        let (many, enough) = (THRESHOLDS.many_samples, THRESHOLDS.enough_samples);
+        assert_eq!(part(many, 3), None);
+        let (short, steps) = part(2 * many, 3).expect("many");
+        assert!(short == 2 * many / THRESHOLDS.coarse_share && steps < short / 2);
+        assert_eq!(part(enough, 400), None);
+        let (thinned, steps) = part(2 * enough, 400).expect("very many");
+        assert!(thinned < enough && steps == 2 * enough / 400 - 1, "{thinned} {steps}");
     }
 
     /// What rates answered to, a dead time behind an instant, is the same before and after; the dead time is that of all logs, and none where

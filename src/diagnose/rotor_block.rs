@@ -84,6 +84,34 @@ impl RotorRun {
         }
     }
 
+    /// Of each level the first part, in which the rotor goes there, and of the readings behind that one in so many.
+    pub(crate) fn with_levels_thinned(&self) -> Self {
+        let mut keep = Vec::new();
+        let mut from = 0;
+        for level in self.command.chunk_by(|one, next| one == next) {
+            let rows = from..from + level.len();
+            let on_its_way = from + (level.len() / THRESHOLDS.thinned_levels).max(1);
+            from = rows.end;
+            keep.extend(rows.start..on_its_way);
+            let readings = (on_its_way..rows.end).filter(|row| self.measured[*row].is_finite());
+            keep.extend(readings.step_by(THRESHOLDS.thinned_levels));
+        }
+        let kept = |values: &Cells| -> Cells { keep.iter().map(|row| values[*row]).collect() };
+        let (time, measured) = (kept(&self.time), kept(&self.measured));
+        let counts: Vec<bool> = keep.iter().map(|row| self.counts[*row]).collect();
+        Self {
+            rows: self.rows.clone(),
+            command: kept(&self.command),
+            command_from: self.command_from.as_ref().map(kept),
+            voltage: self.voltage.as_ref().map(kept),
+            begins: first_that_counts(&time, &counts, &measured),
+            time,
+            measured,
+            counts,
+            ..*self
+        }
+    }
+
     /// How often its command changes.
     pub(crate) fn steps(&self) -> usize {
         self.command.windows(2).filter(|pair| pair[0] != pair[1]).count()
@@ -269,6 +297,29 @@ mod tests {
         let often: Vec<usize> = (0..200).map(|index| 5 * index).collect();
         let cut = fold_stretches(&rotor_runs(&[log(1000, &often, 2000).into()]), 30);
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
+    }
+
+    /// Of ten levels of a hundred rows, of which every second one has a reading: the first 25, and every eighth behind them.
+    #[test]
+    fn a_level_is_thinned_behind_the_way_to_it() {
+        let steps: Vec<usize> = (1..10).map(|level| 100 * level).collect();
+        let mut run = rotor_runs(&[log(1000, &steps, 2000).into()]).remove(0);
+        let one_in_two = |(row, it): (usize, &f64)| if row % 2 == 0 { f64::NAN } else { *it };
+        run.measured = run.measured.iter().enumerate().map(one_in_two).collect();
+        run.voltage = Some((0..1000).map(f64::from).collect());
+        run.counts[..150].fill(false);
+        let keeps = |row: usize| row % 100 < 25 || row % 100 % 8 == 1;
+        let kept: Vec<usize> = (0..1000).filter(|row| keeps(*row)).collect();
+        let thinned = run.with_levels_thinned();
+        let rows: Vec<usize> =
+            thinned.voltage.iter().flat_map(|it| it.iter().map(|row| *row as usize)).collect();
+        assert_eq!(rows, kept);
+        for (at, row) in kept.iter().enumerate() {
+            assert_eq!(
+                (thinned.time[at], thinned.command[at], thinned.measured[at].to_bits(), thinned.counts[at]),
+                (run.time[*row], run.command[*row], run.measured[*row].to_bits(), run.counts[*row])
+            );
+        }
     }
 
     /// What does not count where a run begins, as behind a hole, tells nothing of its rate, and the run begins where it does.

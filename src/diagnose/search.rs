@@ -14,6 +14,13 @@ use super::surrogate_test::{SurrogateTest, surrogate};
 use super::thresholds::THRESHOLDS;
 use super::unnamed;
 
+/// Whether sets of effects grow from the single ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Growth {
+    None,
+    ToTheEnd,
+}
+
 impl Search<'_> {
     /// Searches one block. Where one effect does little beside levels that are held, effects are looked for beside free ones, too: a
     /// curve that was fitted without the right ones may not fit beside them.
@@ -22,24 +29,26 @@ impl Search<'_> {
         let bases = self.bases(&mut split);
         let held = self.with_singles(split, bases);
         if !held.split.holds_levels {
-            return self.among(held);
+            return self.among(held, Growth::ToTheEnd).0;
         }
         let (of_base, of_one) = self.least_of_bases_and_singles(&held);
         let does_much = |left: f64, of: f64| left < (1.0 - THRESHOLDS.explained_by_one) * of;
         if does_much(of_one, of_base) {
-            let held = self.among(held);
+            let (held, _) = self.among(held, Growth::ToTheEnd);
             if !held.answer.effects.is_empty() {
                 return held;
             }
-            let free = self.beside_free_levels(&held.split, &held.nominal);
+            let (free, _) = self.beside_free_levels(&held.split, &held.nominal);
             return better_beside_free(held, free);
         }
-        let free = self.beside_free_levels(&held.split, &held.bases.0);
+        let (free, is_in_vain) = self.beside_free_levels(&held.split, &held.bases.0);
         if does_much(free.answer.validate(&free.split), of_one) {
             // Whatever else is found beside held ones: only time is saved.
             return free;
         }
-        better_beside_free(self.among(held), free)
+        // A held curve is one of those that a free one may be.
+        let growth = if is_in_vain { Growth::None } else { Growth::ToTheEnd };
+        better_beside_free(self.among(held, growth).0, free)
     }
 
     /// What the better base leaves of what is held out, and what the best single effect does.
@@ -50,10 +59,10 @@ impl Search<'_> {
         (of_base, singles.map(left).fold(of_base, f64::min))
     }
 
-    fn beside_free_levels(&self, held: &DataSplit, nominal: &CandidateFit) -> SearchResult {
+    fn beside_free_levels(&self, held: &DataSplit, nominal: &CandidateFit) -> (SearchResult, bool) {
         let mut split = held.clone();
         let refitted = self.with_free_levels(&mut split);
-        self.among(self.with_singles(split, (nominal.clone(), refitted)))
+        self.among(self.with_singles(split, (nominal.clone(), refitted)), Growth::ToTheEnd)
     }
 
     /// The base as it is and refitted, and each effect by itself.
@@ -89,21 +98,28 @@ impl Search<'_> {
     }
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
-    /// part of it by chance.
-    fn among(&self, Found { split, bases, singles, mut fits }: Found) -> SearchResult {
+    /// part of it by chance. With it whether more effects were in vain, far above the noise.
+    fn among(
+        &self,
+        Found { split, bases, singles, mut fits }: Found,
+        growth: Growth,
+    ) -> (SearchResult, bool) {
         let base_names = split.base_parameters(self.base);
-        let mut looks = LookCache::default();
-        self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
-        self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
-        drop(looks);
-        self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
+        let mut is_in_vain = false;
+        if growth == Growth::ToTheEnd {
+            let mut looks = LookCache::default();
+            self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+            is_in_vain = self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+            drop(looks);
+            self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
+        }
         fits = best_of_each(&split, fits);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let found = Found { split, bases, singles, fits };
         let Found { split, bases, singles, mut fits } = self.reweighed(found, &base_names, &best);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let mut found = self.conclude(split, bases, singles, &mut fits, best);
-        let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };
+        let Some((p_value, ids)) = self.battery_p_value(&found) else { return (found, is_in_vain) };
         fits.retain(|fitted| !fitted.effects.iter().any(|id| ids.contains(id)));
         let mut eligible = self.eligible.clone();
         let refusal = EffectRefusal::BatteryByChance { p_value };
@@ -117,7 +133,7 @@ impl Search<'_> {
             single.refusal = Some(refusal.clone());
         }
         let SearchResult { split, nominal, refitted, singles, .. } = found;
-        Search { eligible, ..*self }.among(Found { split, bases: (nominal, refitted), singles, fits })
+        Search { eligible, ..*self }.among(Found { split, bases: (nominal, refitted), singles, fits }, growth)
     }
 
     fn singles(
@@ -270,7 +286,10 @@ fn is_no_step_back(split: &DataSplit, from: &CandidateFit, left: &CandidateFit) 
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::super::block_data::{BlockData, Runs};
+    use super::super::progress::SearchEvent;
     use super::super::rotor_block::rotor_runs;
     use super::super::tests::{ROWS, leaves, noise, split};
     use super::*;
@@ -390,6 +409,25 @@ mod tests {
             assert_eq!(found.answer.effects, ["transport_delay"], "{late} rows");
             assert!(found.split.holds_levels, "{late} rows");
         }
+    }
+
+    /// Levels off by thirds, which no two effects explain beside a free curve: no two are tried beside the held one.
+    #[test]
+    fn what_is_in_vain_beside_a_free_curve_is_not_tried_beside_the_held_one() {
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let ids = ["transport_delay", "second_order_lag"];
+        let eligible = ids.map(|id| (known.iter().find(|effect| effect.id == id).expect("known"), None));
+        let pairs = AtomicUsize::new(0);
+        let count = |event: SearchEvent| {
+            let is_pair = matches!(event, SearchEvent::Tried { effects, .. } if effects.len() == 2);
+            pairs.fetch_add(usize::from(is_pair), Ordering::Relaxed);
+        };
+        let search = Search { base: &model, known: &known, eligible: eligible.to_vec(), progress: &count };
+        let (command, off) = thirds();
+        let found = search.run(DataSplit::new(off_the_curve(command, off), None));
+        assert!(found.answer.effects.is_empty(), "{:?}", found.answer.effects);
+        assert_eq!(pairs.load(Ordering::Relaxed), 1, "beside free levels only");
     }
 
     /// A base fit that ended in another valley, and an effect beside which it did not.

@@ -11,20 +11,24 @@ use super::thresholds::THRESHOLDS;
 use crate::model::Model;
 
 impl Search<'_> {
-    /// Pairs and sets of three that were passed over, and those that differ from the best three by one effect.
+    /// Pairs and sets of three that were passed over, and those that differ from the best three by one effect. Whether it was not looked on
+    /// because that is in vain.
     pub(crate) fn look_wider(
         &self,
         split: &DataSplit,
         base: &[String],
         refitted: &CandidateFit,
         (fits, looks): (&mut Vec<CandidateFit>, &mut LookCache),
-    ) {
+    ) -> bool {
         let is_unexplained = |fits: &[CandidateFit]| {
             over_floors(split, &self.grow_answer(split, refitted, fits)) > THRESHOLDS.at_floor
         };
         for depth in [1, 2] {
-            if !is_unexplained(fits) || is_in_vain(split, (refitted, fits), depth) {
-                return;
+            if !is_unexplained(fits) {
+                return false;
+            }
+            if is_in_vain(split, (refitted, fits), depth) {
+                return true;
             }
             let front = least(split, fits, depth, THRESHOLDS.wide_beam);
             let groups = self.one_deeper(&front, fits, base);
@@ -34,13 +38,13 @@ impl Search<'_> {
         }
         for _ in 0..THRESHOLDS.most_exchanges {
             if !is_unexplained(fits) {
-                return;
+                return false;
             }
             let best = least(split, fits, 3, 1);
             let Some(best) =
                 best.first().filter(|best| over_floors(split, best) < THRESHOLDS.exchange_over_floor)
             else {
-                return;
+                return false;
             };
             let exchanged = self.one_exchanged(best, fits);
             let candidates = exchanged.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
@@ -51,6 +55,7 @@ impl Search<'_> {
                 self.progress,
             ));
         }
+        false
     }
 
     /// The answer fitted at once from where its effects start: the way on which it grew may have ended in another valley.
