@@ -411,7 +411,7 @@ mod tests {
         }
     }
 
-    /// Levels off by thirds, which no two effects explain beside a free curve: no two are tried beside the held one.
+    /// A delay, and levels off by thirds, which no two effects explain beside a free curve: no two are tried beside the held one.
     #[test]
     fn what_is_in_vain_beside_a_free_curve_is_not_tried_beside_the_held_one() {
         let model = Model::paper();
@@ -425,8 +425,8 @@ mod tests {
         };
         let search = Search { base: &model, known: &known, eligible: eligible.to_vec(), progress: &count };
         let (command, off) = thirds();
-        let found = search.run(DataSplit::new(off_the_curve(command, off), None));
-        assert!(found.answer.effects.is_empty(), "{:?}", found.answer.effects);
+        let found = search.run(DataSplit::new(late_and_off_the_curve(2, command, off), None));
+        assert_eq!(found.answer.effects, ["transport_delay"]);
         assert_eq!(pairs.load(Ordering::Relaxed), 1, "beside free levels only");
     }
 

@@ -105,7 +105,7 @@ impl Equations {
     }
 
     /// [s] until a law on the steady rate stops at a corner, the point held; zero where none does.
-    fn corner(&self, state: &RotorState, point: &Point) -> f64 {
+    pub(super) fn corner(&self, state: &RotorState, point: &Point) -> f64 {
         let mut point = Point { propeller_rate: state.rate, ..*point };
         for (hook, memory_state) in self.steady.iter().zip(&state.steady) {
             let Some(memory) = hook.memory() else {

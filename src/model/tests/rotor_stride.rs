@@ -78,6 +78,60 @@ fn each_interval_of_an_uneven_clock_has_its_own_steps() {
     }
 }
 
+/// [rad/s] how far the rates of a run of one step a row are from those in forty, of what these spread over.
+fn off_in_parts(model: &Model) -> f64 {
+    let (rows, parts) = (run(model, 1).rate, run(model, 40).rate);
+    let off = rows.iter().zip(parts.iter().step_by(40)).map(|(row, part)| (row - part).abs());
+    let (least, most) = parts.iter().fold((f64::MAX, f64::MIN), |(a, b), rate| (a.min(*rate), b.max(*rate)));
+    off.fold(0.0, f64::max) / (most - least)
+}
+
+/// A ramp ends within a row, where no step but its own does.
+#[test]
+fn a_step_ends_where_a_slew_limit_lets_go() {
+    // Steps of the classical Runge-Kutta rule over a third of a time constant; in steps that go over the corner it is 2e-3.
+    assert!(off_in_parts(&model(&[RAMP])) < 1e-4);
+    assert!(off_in_parts(&model(&[("static_offset", "coefficient", 80.0), RAMP])) < 1e-4);
+}
+
+#[test]
+fn the_corner_of_a_ramp_is_behind_what_acts_ahead_of_it() {
+    let equations =
+        model(&[("static_offset", "coefficient", 80.0), HEAT[0], HEAT[1], RAMP]).equations().expect("binds");
+    let start = RotorStart { rate: Some(600.0), ..START };
+    let at = |z: f64| crate::effect::Point { steady_rate: z, ..equations.constants };
+    let state = equations.initial_state(at(500.0), &start);
+    // Warm as a rotor at 600 rad/s is: a twentieth of (600 / hover)³ less of z and the offset.
+    let left = 1.0 - 0.05 * (600.0 / equations.constants.hover_rate).powi(3);
+    let corner = equations.corner(&state, &at(680.0));
+    assert!((corner - 180.0 * left / 3000.0).abs() < 1e-9, "{corner}");
+}
+
+/// Alone a law on the acceleration does what it does beside one that does nothing.
+#[test]
+fn one_law_on_the_acceleration_is_what_it_is_among_several() {
+    let neutral = ("asymmetric_pole", "ratio", 1.0);
+    let (alone, beside) = (run(&model(&[DRAG]), 1).rate, run(&model(&[DRAG, neutral]), 1).rate);
+    assert_eq!(alone, beside);
+    assert_ne!(alone, run(&model(&[neutral]), 1).rate);
+}
+
+/// Nothing that a rotor is given changes, but the time.
+#[test]
+fn a_law_on_the_command_that_looks_at_the_time_is_asked_at_each_row() {
+    let time: Vec<f64> = (0..400).map(|row| 0.01 * f64::from(row)).collect();
+    let command = vec![0.4; time.len()];
+    let input = RotorInput { time: &time, command: &command, command_from: None, voltage: None, side: 1.0 };
+    let mut shifting = with_law(Site::Command, "0.02*time");
+    shifting = shifting.with(&shifting.effect("motor_heating").expect("known"));
+    shifting.set_parameter("motor_heating.gain", 0.0);
+    let mut readings = vec![0.0; time.len()];
+    shifting.equations().expect("binds").rotor_readings(&input, &START, &mut readings);
+    let behind = Model::paper().steady_rate(0.4 + 0.02 * 3.9);
+    // Behind a ramp of the command by its pole: 0.02 1/s over 16 rad/s of 1500 rad/s.
+    assert!((readings[399] - behind).abs() < 5.0, "{} {behind}", readings[399]);
+}
+
 /// Who asks for readings alone is given those of a whole trace.
 #[test]
 fn readings_are_those_of_a_trace() {
