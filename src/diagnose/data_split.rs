@@ -64,8 +64,12 @@ impl DataSplit {
                 train.thinned(share)
             }
         };
-        let many = if train.holds_levels() { THRESHOLDS.enough_samples } else { THRESHOLDS.many_samples };
-        let coarse = (train.len() > many).then(part);
+        let is_many = if train.holds_levels() {
+            (THRESHOLDS.enough_samples + 1..=THRESHOLDS.long_log).contains(&train.readings())
+        } else {
+            train.len() > THRESHOLDS.many_samples
+        };
+        let coarse = is_many.then(part);
         Self {
             validate: validate.unwrap_or_else(|| train.clone()),
             train,

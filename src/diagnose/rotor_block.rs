@@ -84,17 +84,18 @@ impl RotorRun {
         }
     }
 
-    /// Of each level the first part, in which the rotor goes there, and of the readings behind that one in so many.
+    /// Of each level the first part, in which the rotor goes there, and of the readings behind that one in so many; `rows` are still those
+    /// between which they are.
     pub(crate) fn with_levels_thinned(&self) -> Self {
         let mut keep = Vec::new();
         let mut from = 0;
         for level in self.command.chunk_by(|one, next| one == next) {
             let rows = from..from + level.len();
-            let on_its_way = from + (level.len() / THRESHOLDS.thinned_levels).max(1);
+            let on_its_way = from + (level.len() / THRESHOLDS.way_to_level).max(1);
             from = rows.end;
             keep.extend(rows.start..on_its_way);
             let readings = (on_its_way..rows.end).filter(|row| self.measured[*row].is_finite());
-            keep.extend(readings.step_by(THRESHOLDS.thinned_levels));
+            keep.extend(readings.step_by(THRESHOLDS.thinned_level));
         }
         let kept = |values: &Cells| -> Cells { keep.iter().map(|row| values[*row]).collect() };
         let (time, measured) = (kept(&self.time), kept(&self.measured));
@@ -299,7 +300,7 @@ mod tests {
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
     }
 
-    /// Of ten levels of a hundred rows, of which every second one has a reading: the first 25, and every eighth behind them.
+    /// Of ten levels of a hundred rows, of which every second one has a reading: the first 25, and every sixteenth behind them.
     #[test]
     fn a_level_is_thinned_behind_the_way_to_it() {
         let steps: Vec<usize> = (1..10).map(|level| 100 * level).collect();
@@ -307,13 +308,16 @@ mod tests {
         let one_in_two = |(row, it): (usize, &f64)| if row % 2 == 0 { f64::NAN } else { *it };
         run.measured = run.measured.iter().enumerate().map(one_in_two).collect();
         run.voltage = Some((0..1000).map(f64::from).collect());
-        run.counts[..150].fill(false);
-        let keeps = |row: usize| row % 100 < 25 || row % 100 % 8 == 1;
+        run.counts[..10].fill(false);
+        run.command_from = Some(run.time.iter().map(|at| at - 0.003).collect());
+        let keeps = |row: usize| row % 100 < 25 || row % 100 % 16 == 25 % 16;
         let kept: Vec<usize> = (0..1000).filter(|row| keeps(*row)).collect();
         let thinned = run.with_levels_thinned();
         let rows: Vec<usize> =
             thinned.voltage.iter().flat_map(|it| it.iter().map(|row| *row as usize)).collect();
-        assert_eq!(rows, kept);
+        assert_eq!((rows, thinned.begins), (kept.clone(), 11), "the first that counts and has a reading");
+        let from = thinned.command_from.as_ref().expect("kept");
+        assert!(kept.iter().enumerate().all(|(at, row)| from[at] == run.time[*row] - 0.003));
         for (at, row) in kept.iter().enumerate() {
             assert_eq!(
                 (thinned.time[at], thinned.command[at], thinned.measured[at].to_bits(), thinned.counts[at]),

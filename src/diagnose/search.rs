@@ -41,12 +41,19 @@ impl Search<'_> {
             let (free, _) = self.beside_free_levels(&held.split, &held.nominal);
             return better_beside_free(held, free);
         }
-        let (free, is_in_vain) = self.beside_free_levels(&held.split, &held.bases.0);
+        let (free, in_vain) = self.beside_free_levels(&held.split, &held.bases.0);
         if does_much(free.answer.validate(&free.split), of_one) {
             // Whatever else is found beside held ones: only time is saved.
             return free;
         }
-        // A held curve is one of those that a free one may be.
+        // A held curve is one of those that a free one may be: beside it no set leaves less of what it was fitted on.
+        let least = held
+            .fits
+            .iter()
+            .chain([&held.bases.1])
+            .map(|fitted| fitted.fit.cost)
+            .fold(f64::INFINITY, f64::min);
+        let is_in_vain = in_vain.is_some_and(|left| left > THRESHOLDS.hopeless_left.powi(2) * least);
         let growth = if is_in_vain { Growth::None } else { Growth::ToTheEnd };
         better_beside_free(self.among(held, growth).0, free)
     }
@@ -59,7 +66,7 @@ impl Search<'_> {
         (of_base, singles.map(left).fold(of_base, f64::min))
     }
 
-    fn beside_free_levels(&self, held: &DataSplit, nominal: &CandidateFit) -> (SearchResult, bool) {
+    fn beside_free_levels(&self, held: &DataSplit, nominal: &CandidateFit) -> (SearchResult, Option<f64>) {
         let mut split = held.clone();
         let refitted = self.with_free_levels(&mut split);
         self.among(self.with_singles(split, (nominal.clone(), refitted)), Growth::ToTheEnd)
@@ -98,18 +105,21 @@ impl Search<'_> {
     }
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
-    /// part of it by chance. With it whether more effects were in vain, far above the noise.
+    /// part of it by chance. With it, where more effects were in vain, far above the noise, the least cost that any set left of what it was
+    /// fitted on.
     fn among(
         &self,
         Found { split, bases, singles, mut fits }: Found,
         growth: Growth,
-    ) -> (SearchResult, bool) {
+    ) -> (SearchResult, Option<f64>) {
         let base_names = split.base_parameters(self.base);
-        let mut is_in_vain = false;
+        let mut in_vain = None;
         if growth == Growth::ToTheEnd {
             let mut looks = LookCache::default();
             self.grow_sets(&split, &base_names, &bases.1, (&mut fits, &mut looks));
-            is_in_vain = self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+            let is_in_vain = self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
+            let costs = fits.iter().map(|fitted| fitted.fit.cost);
+            in_vain = is_in_vain.then(|| costs.fold(f64::INFINITY, f64::min));
             drop(looks);
             self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
         }
@@ -119,7 +129,7 @@ impl Search<'_> {
         let Found { split, bases, singles, mut fits } = self.reweighed(found, &base_names, &best);
         let best = self.grow_answer(&split, &bases.1, &fits);
         let mut found = self.conclude(split, bases, singles, &mut fits, best);
-        let Some((p_value, ids)) = self.battery_p_value(&found) else { return (found, is_in_vain) };
+        let Some((p_value, ids)) = self.battery_p_value(&found) else { return (found, in_vain) };
         fits.retain(|fitted| !fitted.effects.iter().any(|id| ids.contains(id)));
         let mut eligible = self.eligible.clone();
         let refusal = EffectRefusal::BatteryByChance { p_value };

@@ -19,8 +19,10 @@ crate::thresholds! {
     coarse_share: usize = 3, "count", "times and answers of the development cases";
     /// readings that suffice to compare starts, of however many
     enough_samples: usize = 12_000, "count", "times and answers of the development cases";
-    /// of a level held for long the first so many-th of its samples, and one in so many readings behind them, suffice to compare starts
-    thinned_levels: usize = 4, "count", "times and answers of a public log of 103 levels";
+    /// to compare starts, the first so many-th of a level held for long is seen in full
+    way_to_level: usize = 4, "count", "times and answers of a public log of 103 levels";
+    /// and behind it one reading in so many
+    thinned_level: usize = 8, "count", "times and answers of a public log of 103 levels";
     /// from so many readings on a fit goes on a part of them first
     long_log: usize = 30_000, "count", "times of long synthetic logs";
     /// rows that a search goes over at least: of logs with more than twice as many it sees stretches

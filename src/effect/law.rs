@@ -26,7 +26,8 @@ pub struct Memory {
     pub add: StateLaw,
     /// [1/s] the fastest rate a simulation has to resolve.
     pub rate: fn(&[f64]) -> f64,
-    /// Of a state that stops at a corner: [s] until it is there, the point held. Steps end there, and need not resolve it.
+    /// Of a state that stops at a corner: [s] until it is there, the point held. A step ends there, and none needs to resolve it while what
+    /// it goes to is held, or slow.
     pub corner: Option<StateLaw>,
     /// Whether the state at a log's start is unknown and matters, so that a fit must find it.
     pub slow: bool,

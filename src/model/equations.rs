@@ -147,6 +147,8 @@ pub struct Equations {
     pub(super) sees_motion_only: bool,
     /// Whether a law on the command may look at the time.
     pub(super) looks_at_time: bool,
+    /// Whether one reads the battery.
+    pub(super) reads_battery: bool,
     /// Whether a law on the steady rate stops at a corner.
     pub(super) has_corner: bool,
     /// The constants every law may look at.
@@ -178,6 +180,7 @@ impl Model {
             is_stiff: false,
             sees_motion_only: true,
             looks_at_time: false,
+            reads_battery: false,
             has_corner: false,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,
@@ -300,6 +303,8 @@ impl Equations {
         };
         let remembers = hook.memory().is_some();
         self.looks_at_time |= site == Site::Command && matches!(hook, Hook::Expression(..));
+        self.reads_battery |=
+            site == Site::Command && effect.needs.iter().any(|need| need == columns::BATTERY_VOLTAGE);
         self.has_corner |= matches!(&hook, Hook::Memory(memory, _) if memory.corner.is_some());
         match site {
             Site::Command => self.command.push(hook),
@@ -352,12 +357,23 @@ impl Equations {
     /// [rad/s] z at a command and a voltage, which the point learns, and what becomes of the command.
     #[inline]
     pub(super) fn steady_rate_at(&self, point: &mut Point, command: f64, voltage: f64) -> f64 {
+        self.at_voltage(self.curve_at(point, command, voltage), voltage)
+    }
+
+    /// [rad/s] the same of a full battery, what laws on the command read of it apart.
+    #[inline]
+    pub(super) fn curve_at(&self, point: &mut Point, command: f64, voltage: f64) -> f64 {
         (point.command, point.battery_voltage) = (command, voltage);
         for hook in &self.command {
             point.command += hook.add(point);
         }
-        let curve = polynomial(&self.steady_rate, point.command);
+        polynomial(&self.steady_rate, point.command)
+    }
+
+    /// [rad/s] what a voltage leaves of a curve.
+    #[inline]
+    pub(super) fn at_voltage(&self, curve: f64, voltage: f64) -> f64 {
         // **Deviation:** Eq. (2) prints a plus, which contradicts Eq. (6).
-        curve - self.voltage_gain * (point.full_voltage - voltage)
+        curve - self.voltage_gain * (self.constants.full_voltage - voltage)
     }
 }

@@ -29,6 +29,7 @@ mod measure;
 mod rotor;
 mod rotor_error;
 mod rotor_inputs;
+mod rotor_state;
 mod rotor_step;
 mod rotor_stride;
 mod rotor_trace;

@@ -2,32 +2,13 @@
 
 use super::equations::{Equations, Hook};
 use super::rotor_inputs::Held;
+use super::rotor_state::RotorState;
 use super::rotor_stride::{Stride, Strides};
 use super::rotor_trace::{MOST_STATES, Readings, Remembered, RotorInput, RotorStart, RotorTrace, TakeDown};
 use super::runge_kutta::runge_kutta;
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::effect::{Point, RowResponse};
-
-/// Everything that moves.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct RotorState {
-    pub(super) rate: f64,
-    pub(super) steady: [f64; MOST_STATES],
-    pub(super) sensor: [f64; MOST_STATES],
-}
-
-impl RotorState {
-    /// Whether nothing has moved since, but for rounding.
-    fn rests_at(&self, before: &Self) -> bool {
-        let stays = |now: f64, before: f64| (now - before).abs() <= THRESHOLDS.rests_within * now.abs();
-        let all =
-            |now: &[f64], before: &[f64]| now.iter().zip(before).all(|(now, before)| stays(*now, *before));
-        stays(self.rate, before.rate)
-            && all(&self.steady, &before.steady)
-            && all(&self.sensor, &before.sensor)
-    }
-}
 
 impl Equations {
     /// Runs a rotor freely over its inputs.

@@ -4,13 +4,13 @@ use super::equations::Equations;
 use super::rotor_trace::RotorInput;
 use crate::effect::Point;
 
-/// What a point was given last: a command that stays for many rows, at a voltage that does, needs no second look.
+/// What a point was given last: a command that stays for many rows needs no second look.
 #[derive(Default)]
 pub(super) struct Held {
     /// [-], [V]
     of: Option<(f64, f64)>,
-    /// [rad/s] the steady rate before the laws on it.
-    z: f64,
+    /// [rad/s] the curve there.
+    curve: f64,
 }
 
 impl Equations {
@@ -41,7 +41,9 @@ impl Equations {
         arrives: Option<f64>,
     ) -> f64 {
         *row = self.in_force(input, *row, Some(from));
-        arrives.unwrap_or_else(|| self.next_change(input, *row, next)).min(next)
+        let until = arrives.unwrap_or_else(|| self.next_change(input, *row, next)).min(next);
+        // Times that do not rise, or are no numbers, end with the row.
+        if until > from { until } else { next }
     }
 
     /// [s] when a command arrives that differs from that of a row, or `until`.
@@ -50,7 +52,8 @@ impl Equations {
         let commands = input.since().iter().zip(input.command).skip(row);
         let in_force = input.command.get(row);
         let arrivals = commands.skip(1).map(|(since, command)| (since + self.command_delay, command));
-        let changes = arrivals.filter(|(arrives, command)| *arrives >= until || Some(*command) != in_force);
+        let changes = arrivals
+            .filter(|(arrives, command)| arrives.is_nan() || *arrives >= until || Some(*command) != in_force);
         changes.map(|(arrives, _)| arrives).next().unwrap_or(until)
     }
 
@@ -66,12 +69,15 @@ impl Equations {
         let command = *input.command.get(command_row)?;
         let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
         point.time = *input.time.get(row)?;
-        if held.of != Some((command, voltage)) || self.looks_at_time {
+        let is_held = |(before, at): (f64, f64)| before == command && (at == voltage || !self.reads_battery);
+        if !held.of.is_some_and(is_held) || self.looks_at_time {
             point.propeller_rate = self.constants.propeller_rate;
             point.steady_rate = self.constants.steady_rate;
-            *held = Held { of: Some((command, voltage)), z: self.steady_rate_at(point, command, voltage) };
+            held.curve = self.curve_at(point, command, voltage);
         }
-        point.steady_rate = held.z;
+        held.of = Some((command, voltage));
+        point.battery_voltage = voltage;
+        point.steady_rate = self.at_voltage(held.curve, voltage);
         Some(())
     }
 }

@@ -1,7 +1,7 @@
 //! A rotor run freely step by step, beside a running bench: nothing is allocated, and a step's work is bounded.
 
 use super::equations::Equations;
-use super::rotor::RotorState;
+use super::rotor_state::RotorState;
 use super::rotor_stride::Strides;
 use super::rotor_trace::{MOST_STATES, RotorStart};
 use crate::effect::Point;

@@ -1,7 +1,7 @@
 //! How far apart the steps of a rotor's free run are.
 
 use super::equations::{Equations, Hook};
-use super::rotor::RotorState;
+use super::rotor_state::RotorState;
 use super::rotor_trace::MOST_STATES;
 use super::runge_kutta::step_weights;
 use super::thresholds::THRESHOLDS;
@@ -49,6 +49,16 @@ impl Stride {
     }
 }
 
+/// Where a state stops.
+pub(super) struct Corner {
+    /// Its place among the laws on the steady rate.
+    at: usize,
+    /// [s] from now.
+    pub(super) after: f64,
+    /// What it is there.
+    value: f64,
+}
+
 /// Strides of the last two spans: rows of one interval share the exponentials and the steps, and a dead time cuts each row in two.
 pub(super) struct Strides<'a> {
     equations: &'a Equations,
@@ -94,30 +104,35 @@ impl Equations {
             state.rate += way * response;
             return point.steady_rate * span - way * response / self.pole;
         }
-        let corner = if self.has_corner { self.corner(state, point) } else { 0.0 };
-        if !(0.0 < corner && corner < span) {
+        let corner = if self.has_corner { self.corner(state, point) } else { None };
+        let within = corner.filter(|corner| 0.0 < corner.after && corner.after < span);
+        let Some(Corner { at, after, value }) = within else {
+            return self.advance(state, point, strides.over(span), wants_mean);
+        };
+        if after < THRESHOLDS.corner_share * span {
+            state.steady[at] = value;
             return self.advance(state, point, strides.over(span), wants_mean);
         }
         let held = point.steady_rate;
-        let turned = self.advance(state, point, strides.over(corner), wants_mean);
+        let turned = self.advance(state, point, strides.over(after), wants_mean);
         point.steady_rate = held;
-        turned + self.advance(state, point, strides.over(span - corner), wants_mean)
+        turned + self.advance(state, point, strides.over(span - after), wants_mean)
     }
 
-    /// [s] until a law on the steady rate stops at a corner, the point held; zero where none does.
-    pub(super) fn corner(&self, state: &RotorState, point: &Point) -> f64 {
+    /// Where a law on the steady rate stops at a corner, the point held.
+    pub(super) fn corner(&self, state: &RotorState, point: &Point) -> Option<Corner> {
         let mut point = Point { propeller_rate: state.rate, ..*point };
-        for (hook, memory_state) in self.steady.iter().zip(&state.steady) {
+        for (at, (hook, memory_state)) in self.steady.iter().zip(&state.steady).enumerate() {
             let Some(memory) = hook.memory() else {
                 point.steady_rate += hook.add(&point);
                 continue;
             };
-            if let Some(corner) = memory.corner(*memory_state, &point) {
-                return corner;
+            if let Some(after) = memory.corner(*memory_state, &point) {
+                return Some(Corner { at, after, value: memory.steady_state(&point) });
             }
             point.steady_rate += memory.add(*memory_state, &point);
         }
-        0.0
+        None
     }
 
     /// [1/s] the fastest rate that a step has to resolve.
@@ -126,7 +141,10 @@ impl Equations {
         let rates = hooks.filter_map(|hook| hook.memory().map(|memory| memory.rate()));
         // The laws on the acceleration move the pole by a small factor at most.
         let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
-        rates.fold(pole, f64::max)
+        // Behind a law of one's own that moves by itself a corner is not where it seems to be.
+        let moves = |hook: &Hook| matches!(hook, Hook::Expression(..)) && hook.memory().is_some();
+        let corner = self.has_corner && self.steady.iter().any(moves);
+        rates.fold(if corner { pole.max(THRESHOLDS.moving_corner) } else { pole }, f64::max)
     }
 
     /// Makes a stride that of a span: an uneven clock asks for another one at each row, too many to be copied.

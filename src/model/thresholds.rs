@@ -15,6 +15,10 @@ crate::thresholds! {
     step_share: f64 = 0.35, "-", "judgement";
     /// a state of a rotor that reaches its steady state within a step this short needs no finer one.
     shortest_step_s: f64 = 2.5e-3, "s", "judgement";
+    /// share of a step up to which a corner of a ramp is taken for its begin.
+    corner_share: f64 = 0.01, "-", "a rotor is off by half of that of what it goes in the step";
+    /// rate that resolves a corner whose place moves.
+    moving_corner: f64 = 100.0, "1/s", "judgement";
     /// steps between two changes of what a rotor is given from which on it is asked whether it has settled.
     steps_to_rest: usize = 6, "count", "judgement (time of computing)";
     /// share of a state by which it moves in a step that is no motion any more.
