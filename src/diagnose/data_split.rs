@@ -235,16 +235,20 @@ mod tests {
     /// Starts are compared on a part of many samples; of levels held for long, of which more are needed, on all levels.
     #[test]
     fn of_many_samples_a_part_is_enough_to_compare_starts() {
-        let part = |rows: usize, level: usize| {
+        let part_read = |rows: usize, level: usize, each: usize| {
             let rows = u32::try_from(rows).expect("few");
             let level = u32::try_from(level).expect("few");
-            let commands = (0..rows).map(|row| 0.3 + 0.05 * f64::from(row / level % 7));
-            let split = DataSplit::new(at_once(commands), None);
+            let mut data = at_once((0..rows).map(|row| 0.3 + 0.05 * f64::from(row / level % 7)));
+            let Runs::Rotor(runs) = &mut data.runs else { unreachable!("a rotor") };
+            let read = runs[0].measured.iter().enumerate();
+            runs[0].measured = read.map(|(row, it)| if row % each == 0 { *it } else { f64::NAN }).collect();
+            let split = DataSplit::new(data, None);
             split.coarse.map(|coarse| match &coarse.runs {
                 Runs::Rotor(runs) => (coarse.len(), runs[0].steps()),
                 Runs::Body(_) => (0, 0),
             })
         };
+        let part = |rows: usize, level: usize| part_read(rows, level, 1);
         let (many, enough) = (THRESHOLDS.many_samples, THRESHOLDS.enough_samples);
         assert_eq!(part(many, 3), None);
         let (short, steps) = part(2 * many, 3).expect("many");
@@ -252,6 +256,8 @@ mod tests {
         assert_eq!(part(enough, 400), None);
         let (thinned, steps) = part(2 * enough, 400).expect("very many");
         assert!(thinned < enough && steps == 2 * enough / 400 - 1, "{thinned} {steps}");
+        assert_eq!(part_read(2 * enough, 400, 4), None, "few of them were measured");
+        assert_eq!(part(THRESHOLDS.long_log + 400, 400), None, "a fit would go over that part first");
     }
 
     /// What rates answered to, a dead time behind an instant, is the same before and after; the dead time is that of all logs, and none where

@@ -46,15 +46,7 @@ impl Search<'_> {
             // Whatever else is found beside held ones: only time is saved.
             return free;
         }
-        // A held curve is one of those that a free one may be: beside it no set leaves less of what it was fitted on.
-        let least = held
-            .fits
-            .iter()
-            .chain([&held.bases.1])
-            .map(|fitted| fitted.fit.cost)
-            .fold(f64::INFINITY, f64::min);
-        let is_in_vain = in_vain.is_some_and(|left| left > THRESHOLDS.hopeless_left.powi(2) * least);
-        let growth = if is_in_vain { Growth::None } else { Growth::ToTheEnd };
+        let growth = if is_in_vain_held(in_vain, &held) { Growth::None } else { Growth::ToTheEnd };
         better_beside_free(self.among(held, growth).0, free)
     }
 
@@ -280,6 +272,14 @@ impl Search<'_> {
     }
 }
 
+/// Whether sets beside held levels are in vain where those beside free ones were, the best of which left a cost. A held curve is one of
+/// those that a free one may be: beside it no set leaves less of what it was fitted on.
+fn is_in_vain_held(beside_free: Option<f64>, held: &Found) -> bool {
+    let costs = held.fits.iter().chain([&held.bases.1]).map(|fitted| fitted.fit.cost);
+    let least = costs.fold(f64::INFINITY, f64::min);
+    beside_free.is_some_and(|left| left > THRESHOLDS.hopeless_left.powi(2) * least)
+}
+
 /// What was found beside free levels where it leaves less of what is held out; less by what an effect must gain where one is named
 /// beside held ones.
 fn better_beside_free(held: SearchResult, free: SearchResult) -> SearchResult {
@@ -438,6 +438,23 @@ mod tests {
         let found = search.run(DataSplit::new(late_and_off_the_curve(2, command, off), None));
         assert_eq!(found.answer.effects, ["transport_delay"]);
         assert_eq!(pairs.load(Ordering::Relaxed), 1, "beside free levels only");
+    }
+
+    /// Whatever is held out: beside free levels a set may leave much of that, and little of what it was fitted on.
+    #[test]
+    fn sets_beside_a_held_curve_are_spared_by_what_free_ones_leave_of_what_they_were_fitted_on() {
+        let left = |size: f64| leaves(vec![size; ROWS]);
+        let held = Found {
+            split: split(),
+            bases: (left(9.0), left(4.0)),
+            singles: Vec::new(),
+            fits: vec![left(2.0), left(3.0)],
+        };
+        // Of the least, that of 2.0.
+        let is_spared = |size: f64| is_in_vain_held(Some(left(size).fit.cost), &held);
+        let share = THRESHOLDS.hopeless_left;
+        assert!(is_spared(1.01 * share * 2.0) && !is_spared(0.99 * share * 2.0));
+        assert!(!is_in_vain_held(None, &held), "more effects did much");
     }
 
     /// A base fit that ended in another valley, and an effect beside which it did not.

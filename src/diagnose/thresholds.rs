@@ -19,9 +19,9 @@ crate::thresholds! {
     coarse_share: usize = 3, "count", "times and answers of the development cases";
     /// readings that suffice to compare starts, of however many
     enough_samples: usize = 12_000, "count", "times and answers of the development cases";
-    /// to compare starts, the first so many-th of a level held for long is seen in full
+    /// where starts are compared, one part in so many of a level held for long, the first, is seen in full
     way_to_level: usize = 4, "count", "times and answers of a public log of 103 levels";
-    /// and behind it one reading in so many
+    /// where starts are compared, one reading in so many is seen behind that part
     thinned_level: usize = 8, "count", "times and answers of a public log of 103 levels";
     /// from so many readings on a fit goes on a part of them first
     long_log: usize = 30_000, "count", "times of long synthetic logs";

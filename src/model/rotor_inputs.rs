@@ -51,10 +51,11 @@ impl Equations {
     fn next_change(&self, input: &RotorInput, row: usize, until: f64) -> f64 {
         let commands = input.since().iter().zip(input.command).skip(row);
         let in_force = input.command.get(row);
-        let arrivals = commands.skip(1).map(|(since, command)| (since + self.command_delay, command));
-        let changes = arrivals
-            .filter(|(arrives, command)| arrives.is_nan() || *arrives >= until || Some(*command) != in_force);
-        changes.map(|(arrives, _)| arrives).next().unwrap_or(until)
+        // Where a delay is no number, nothing is looked for behind it.
+        let mut arrivals = commands.skip(1).map(|(since, command)| (since + self.command_delay, command));
+        let change = arrivals
+            .find(|(arrives, command)| arrives.is_nan() || *arrives >= until || Some(*command) != in_force);
+        change.map_or(until, |(arrives, _)| arrives)
     }
 
     /// The point learns the command and the battery's voltage of two rows, and z; `held` is what it has learnt last.
