@@ -55,6 +55,7 @@ pub(crate) fn conclude(
         turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,
         further_alternatives,
+        common_effects: common_effects(blocks),
         alternative_errors,
         effects,
         model: extended,
@@ -182,11 +183,18 @@ fn rung(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> LadderSt
 /// A set, the held-out error of the block that it is another one of, and its unit.
 type WithError = (Vec<String>, (f64, &'static str));
 
+/// All sets that the data cannot tell from the answer of a block: first one with two effects in the place of one, then the nearest other.
+fn indistinguishable(found: &SearchResult) -> impl Iterator<Item = &CandidateFit> {
+    let (larger, others) = (found.two_for_one.iter(), found.alternatives.iter());
+    let firsts = larger.clone().take(1).chain(others.clone().take(1));
+    firsts.chain(larger.skip(1)).chain(others.skip(1))
+}
+
 /// Sets that the data cannot tell from the answer, one block's set exchanged for another: the nearest, and further ones.
 fn alternatives(blocks: &[SearchResult]) -> (Vec<WithError>, Vec<Vec<String>>) {
     let mut nearest = Vec::new();
     for (index, found) in blocks.iter().enumerate() {
-        for other in &found.alternatives {
+        for other in indistinguishable(found) {
             let set = blocks.iter().enumerate().flat_map(|(block, found)| {
                 if block == index { other.effects.clone() } else { found.answer.effects.clone() }
             });
@@ -198,6 +206,15 @@ fn alternatives(blocks: &[SearchResult]) -> (Vec<WithError>, Vec<Vec<String>>) {
     let further = nearest.split_off(nearest.len().min(THRESHOLDS.most_alternatives));
     let further = further.into_iter().take(THRESHOLDS.most_further_alternatives).map(|(set, _)| set);
     (nearest, further.collect())
+}
+
+/// The effects of the answer that every set has which the data cannot tell from it.
+fn common_effects(blocks: &[SearchResult]) -> Vec<String> {
+    let of_block = |found: &SearchResult| {
+        let is_common = |id: &&String| indistinguishable(found).all(|other| other.effects.contains(id));
+        found.answer.effects.iter().filter(is_common).cloned().collect::<Vec<_>>()
+    };
+    blocks.iter().flat_map(of_block).collect()
 }
 
 /// The candidates of a block; `named_effects` are those of all blocks.
@@ -285,6 +302,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_every_set_has_counts_the_sets_that_are_not_listed() {
+        let set = |ids: &[&str]| {
+            let effects = ids.iter().map(|id| (*id).to_owned()).collect();
+            CandidateFit { effects, ..leaves((0..ROWS).map(noise).collect()) }
+        };
+        let mut found = SearchResult::of_one(split(), [&[][..], &[], &["a", "b"]].map(set), Vec::new());
+        assert_eq!(common_effects(std::slice::from_ref(&found)), ["a", "b"]);
+        found.alternatives = vec![set(&["c", "b"]); 7];
+        assert_eq!(common_effects(std::slice::from_ref(&found)), ["b"]);
+        found.two_for_one.push(set(&["a", "c", "d"]));
+        assert!(common_effects(std::slice::from_ref(&found)).is_empty());
+    }
+
+    #[test]
     fn of_many_sets_two_stand_with_their_errors_and_four_more_without() {
         let set = |id: &str| {
             let residuals = (0..ROWS).map(noise).collect();
@@ -300,5 +331,15 @@ mod tests {
             let expected: Vec<String> = (0..nearest + further).map(|number| number.to_string()).collect();
             assert_eq!(sets, expected, "nearest first");
         }
+        found.alternatives = ["a", "b"].map(set).to_vec();
+        found.two_for_one = ["c", "d"].map(set).to_vec();
+        let (with_errors, without) = alternatives(std::slice::from_ref(&found));
+        let sets: Vec<String> =
+            with_errors.iter().map(|it| &it.0).chain(&without).flatten().cloned().collect();
+        assert_eq!(
+            sets,
+            ["c", "a", "d", "b"],
+            "two effects for one, and the nearest of the same size, before the others"
+        );
     }
 }

@@ -176,10 +176,12 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The whole set that is missing, in the order added.
     pub effects: Vec<String>,
-    /// Sets that the data cannot tell from it, nearest first.
+    /// Sets that the data cannot tell from it: one with two effects in the place of one first, then nearest first.
     pub alternatives: Vec<Vec<String>>,
     /// More such sets, further away.
     pub further_alternatives: Vec<Vec<String>>,
+    /// Of `effects` those that every set has which was tried and which the data cannot tell from it, listed or not.
+    pub common_effects: Vec<String>,
     /// Base parameters that have changed.
     pub changed_parameters: Vec<ChangedParameter>,
     /// Parameters of the effects, by `effect.parameter`.
@@ -214,11 +216,18 @@ impl Diagnosis {
     /// This answer of all rows, with what the search on a part of them tried.
     pub(super) fn searched_on(self, part: Self, findings: Vec<Finding>) -> Self {
         let Self {
-            alternatives, further_alternatives, alternative_errors, candidates, next_experiment, ..
+            alternatives,
+            further_alternatives,
+            common_effects,
+            alternative_errors,
+            candidates,
+            next_experiment,
+            ..
         } = part;
         Self {
             alternatives,
             further_alternatives,
+            common_effects,
             alternative_errors,
             candidates,
             next_experiment,

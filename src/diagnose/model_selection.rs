@@ -205,14 +205,10 @@ pub(crate) fn indistinguishable(
     fits: &[CandidateFit],
     known: &[Effect],
 ) -> Vec<CandidateFit> {
-    let residuals = [&best.fit.residuals, &best.held_out.residuals];
-    let used = residuals.iter().flat_map(|it| it.measured()).filter(|value| **value != 0.0).count();
-    // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
-    // leaves unexplained blurs the difference between laws.
+    // What the answer itself leaves unexplained blurs the difference between laws.
     let floors = on_both_parts(split, best, BlockData::white_floors);
     let left = 1.0 - (floor(split, &floors) / best.validate(split)).clamp(0.0, 1.0);
-    let tolerance = (2.0 * THRESHOLDS.same_likelihood / used.max(1) as f64).max(THRESHOLDS.same_error)
-        + THRESHOLDS.indistinguishable_share * left;
+    let tolerance = same_share(best) + THRESHOLDS.indistinguishable_share * left;
     let limit = |fitted: &CandidateFit| {
         // A delay of the sensor and one of the rotor differ in how a log begins; that must not decide between them.
         let is_other_sensor = senses_rotors(fitted) != senses_rotors(best);
@@ -228,6 +224,13 @@ pub(crate) fn indistinguishable(
     let mut near: Vec<CandidateFit> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
     near.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
     best_of_each(split, near)
+}
+
+/// Share of the squared error within which two sets are the same: a difference in log-likelihood of ten, or half a percent.
+pub(crate) fn same_share(best: &CandidateFit) -> f64 {
+    let residuals = [&best.fit.residuals, &best.held_out.residuals];
+    let used = residuals.iter().flat_map(|it| it.measured()).filter(|value| **value != 0.0).count();
+    (2.0 * THRESHOLDS.same_likelihood / used.max(1) as f64).max(THRESHOLDS.same_error)
 }
 
 /// The base's own numbers that a fit left at the end of their range, a pole or an inertia that no bench has.

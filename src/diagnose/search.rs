@@ -112,6 +112,7 @@ impl Search<'_> {
             let is_in_vain = self.look_wider(&split, &base_names, &bases.1, (&mut fits, &mut looks));
             let costs = fits.iter().map(|fitted| fitted.fit.cost);
             in_vain = is_in_vain.then(|| costs.fold(f64::INFINITY, f64::min));
+            self.look_beside_answer(&split, &base_names, &bases.1, (&mut fits, &mut looks));
             drop(looks);
             self.fit_jointly(&split, &base_names, &bases.1, &mut fits);
         }
@@ -195,9 +196,9 @@ impl Search<'_> {
             // With all of the base's numbers free it did not.
             (answer, changed) = (best.clone(), split.base_parameters(self.base));
         }
-        let unexplained_change = best.effects.is_empty() && !changed.is_empty();
-        let instead =
-            unexplained_change.then(|| self.single_effect_instead(&split, &answer, changed.len())).flatten();
+        let instead = (best.effects.is_empty() && !changed.is_empty())
+            .then(|| self.single_effect_instead(&split, &answer, changed.len()))
+            .flatten();
         if let Some((effect, as_good)) = instead {
             alternatives = as_good;
             (best, answer, changed) = (effect.clone(), effect, Vec::new());
@@ -210,6 +211,7 @@ impl Search<'_> {
         }
         let mut found = SearchResult {
             floors: joint_floors(&split, &answer),
+            two_for_one: self.two_for_one(&split, &best, &alternatives, fits),
             split,
             nominal,
             refitted,
@@ -226,7 +228,7 @@ impl Search<'_> {
     }
 
     /// Drops from `best` what gains nothing, and puts the set in its place that leaves least among those with one or two other effects;
-    /// the sets without each of its effects.
+    /// the sets without each of its effects. Fits what has as many numbers in more effects, too.
     fn least_of_exchanges(
         &self,
         split: &DataSplit,
@@ -244,6 +246,8 @@ impl Search<'_> {
             let Some(better) = self.exchanged(split, (best, refitted), fits) else { break };
             (*best, dropped) = better;
         }
+        let with_as_many = self.two_with_as_many_numbers(split, best, fits, &base_names);
+        fits.extend(with_as_many.into_iter().filter(|fitted| !self.has_run_off(fitted)));
         dropped
     }
 

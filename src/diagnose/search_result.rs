@@ -52,6 +52,8 @@ pub struct SearchResult {
     pub ladder: Vec<CandidateFit>,
     /// Sets that the data cannot tell from the answer, nearest first.
     pub alternatives: Vec<CandidateFit>,
+    /// Sets with two effects in the place of one of the answer's that leave less than it, and were not named.
+    pub two_for_one: Vec<CandidateFit>,
     /// For each effect of the answer, the fit without it.
     pub dropped: Vec<CandidateFit>,
     /// Noise floor of each channel in its unit.
@@ -80,6 +82,7 @@ impl SearchResult {
             answer,
             ladder,
             alternatives,
+            two_for_one: Vec::new(),
             dropped,
             floors,
             changed,

@@ -78,6 +78,7 @@ impl Diagnosis {
             effects: effects.iter().map(|id| (*id).to_owned()).collect(),
             alternatives: Vec::new(),
             further_alternatives: Vec::new(),
+            common_effects: effects.iter().map(|id| (*id).to_owned()).collect(),
             changed_parameters: Vec::new(),
             parameters: BTreeMap::new(),
             error: ErrorSummary::of_rotor([17.7, 39.3, 9.626]),

@@ -215,7 +215,7 @@ crate::thresholds! {
     most_exchanges: usize = 2, "count", "judgement: two wrong ones";
     /// beyond so many times the noise floor more than one effect of the best three is wrong
     exchange_over_floor: f64 = 2.0, "-", "sets of three of tools/campaign: one wrong one leaves 1.1 to 1.5";
-    /// sets with one effect of the best three exchanged: fitted briefly, and fitted to the end
+    /// sets with one effect of the best three exchanged, or with two in the place of one of the answer's: fitted briefly, and fitted to the end
     exchange_candidates: (usize, usize) = (16, 6), "count", "times of sets of three of tools/campaign";
     /// by so many times another weight of rate to angle is one for which sets are fitted again
     other_weights: f64 = 1.25, "-", "judgement";

@@ -91,6 +91,7 @@ mod tests {
             answer: best.clone(),
             ladder: Vec::new(),
             alternatives: Vec::new(),
+            two_for_one: Vec::new(),
             dropped: Vec::new(),
             floors: [floor; 2],
             changed: Vec::new(),

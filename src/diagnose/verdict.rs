@@ -123,6 +123,7 @@ mod tests {
             answer: leaves(&split, after, effects),
             ladder: Vec::new(),
             alternatives: Vec::new(),
+            two_for_one: Vec::new(),
             dropped: Vec::new(),
             floors: [1.0; 2],
             changed: changed.iter().map(|name| (*name).to_owned()).collect(),

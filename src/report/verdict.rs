@@ -140,7 +140,22 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
     let further: Vec<String> =
         diagnosis.further_alternatives.iter().map(|set| format!("{mark}{}{mark}", set.join(" + "))).collect();
     let further = (!further.is_empty()).then(|| format!("Nor from {}.", further.join(", or ")));
-    not_held_out.chain(judged).chain(whose_delay).chain(others).chain(further).collect()
+    not_held_out
+        .chain(judged)
+        .chain(whose_delay)
+        .chain(others)
+        .chain(further)
+        .chain(common(diagnosis, mark))
+        .collect()
+}
+
+/// What all the sets have that the data cannot tell apart, names of effects between `mark`s; `None` where there is one set, or nothing.
+#[must_use]
+pub fn common(diagnosis: &Diagnosis, mark: &str) -> Option<String> {
+    let ids: Vec<String> = diagnosis.common_effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
+    let (last, before) = ids.split_last().filter(|_| !diagnosis.alternatives.is_empty())?;
+    let before = if before.is_empty() { String::new() } else { format!("{} and ", before.join(", ")) };
+    Some(format!("All of these sets, the named one among them, have {before}{last}."))
 }
 
 /// What a named effect is said to be, as the first log says that says it.
@@ -270,6 +285,7 @@ mod tests {
         let mut said = Diagnosis::of(Verdict::MissingEffect, &["actuator_mismatch"]);
         assert!(beneath(&said, "").is_empty());
         said.alternatives.push(vec!["torque_bias".to_owned(), "body_drag".to_owned()]);
+        said.common_effects.clear();
         said.alternative_errors.push((0.0123, "rad"));
         let lines = beneath(&said, "`");
         assert_eq!(
@@ -279,6 +295,14 @@ mod tests {
         );
         said.further_alternatives = vec![vec!["ground_effect".to_owned()], vec!["gyro_bias".to_owned()]];
         assert_eq!(beneath(&said, "")[1..], ["Nor from ground_effect, or gyro_bias."]);
+        said.common_effects = vec!["gyro_lag".to_owned(), "cable_stiffness".to_owned()];
+        assert_eq!(
+            beneath(&said, "`")[2..],
+            ["All of these sets, the named one among them, have `gyro_lag` and `cable_stiffness`."]
+        );
+        said.alternatives.clear();
+        said.further_alternatives.clear();
+        assert!(beneath(&said, "").is_empty(), "the headline says it");
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub struct Identified {
     pub effects: Vec<String>,
     /// [-] highest power of its curve.
     pub degree: usize,
+    /// Whether it has a voltage gain: in some logs the battery's fall does not show beside what else is missing.
+    pub has_voltage_gain: bool,
 }
 
 impl Identified {
@@ -30,10 +32,15 @@ impl Identified {
         let model: toml::Table = fs::read_to_string(model).ok()?.parse().ok()?;
         let of = |effect: &toml::Value| Some(effect.get("id")?.as_str()?.to_owned());
         let effects = model.get("effects").and_then(toml::Value::as_array);
-        let curve = model.get("actuator")?.get("steady_rate")?.as_array()?;
+        let actuator = model.get("actuator")?;
+        let curve = actuator.get("steady_rate")?.as_array()?;
         Some(Self {
             effects: effects.into_iter().flatten().filter_map(of).collect(),
             degree: curve.len().saturating_sub(1),
+            has_voltage_gain: actuator
+                .get("voltage_gain")
+                .and_then(toml::Value::as_float)
+                .is_some_and(|gain| gain != 0.0),
         })
     }
 }

@@ -46,10 +46,16 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
     let three: Vec<&Judged> = of(&|truth| effects(truth) == 3);
     let wrong: Vec<&Judged> = three.iter().filter(|case| !case.mark.is_right()).copied().collect();
     if !three.is_empty() {
-        let (true_ones, all) = wrong.iter().fold((0, 0), |s, c| (s.0 + c.named.0, s.1 + c.named.1));
+        let share = |of: &dyn Fn(&Judged) -> (usize, usize)| {
+            let (is_there, all) =
+                wrong.iter().fold((0, 0), |sum, case| (sum.0 + of(case).0, sum.1 + of(case).1));
+            format!("{} | {all}", per_cent(is_there, all))
+        };
         out.push_str(&format!(
-            "| three effects, elsewhere: of the named ones true ≥ 95 % | {} | {all} | |\n",
-            per_cent(true_ones, all)
+            "| three effects, elsewhere: of the named ones true ≥ 95 % | {} | |\n\
+             | three effects, elsewhere: of those named that every set has which it cannot tell from the answer true | {} | |\n",
+            share(&|case| case.named),
+            share(&|case| case.common)
         ));
         let further = wrong.iter().filter(|case| case.is_further).count();
         out.push_str(&format!(

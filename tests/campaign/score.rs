@@ -52,6 +52,8 @@ pub struct Judged {
     pub seconds: f64,
     /// Of the effects that the answer names how many are there, and how many it names.
     pub named: (usize, usize),
+    /// The same of those that every set has which the answer cannot tell from the one it names.
+    pub common: (usize, usize),
     /// The right set is among those listed after the alternatives that may count.
     pub is_further: bool,
     /// The program made the base from the same log.
@@ -83,6 +85,10 @@ const CUBIC: &str = "static_cubic";
 const OFFSET: &str = "static_offset";
 const CUBIC_DEGREE: usize = 3;
 
+/// The battery's pull at the rotors, which every bench with an own base has, and its number.
+const SAG: &str = "battery_sag";
+const SAG_GAIN: &str = "battery_sag.gain";
+
 /// Sets named beside the first that may still count.
 const ALTERNATIVES: usize = 2;
 
@@ -108,6 +114,7 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
             .and_then(|by_effect| by_effect.values().filter_map(Value::as_f64).reduce(f64::min)),
         seconds: answer.seconds,
         named: (0, 0),
+        common: (0, 0),
         is_further: false,
         is_own_base: truth[OWN_BASE].is_object(),
     };
@@ -115,11 +122,16 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
         Err(reason) => judged.said = reason.clone(),
         Ok(json) => {
             judged.said = said(json);
-            let named = set_of(&json["effects"]);
-            judged.named = (named.iter().filter(|id| wanted.contains(id)).count(), named.len());
+            let true_of = |ids: &[String]| (ids.iter().filter(|id| wanted.contains(id)).count(), ids.len());
+            judged.named = true_of(&set_of(&json["effects"]));
+            judged.common = true_of(&set_of(&json["common_effects"]));
             let mut further = json["further_alternatives"].as_array().into_iter().flatten();
             judged.is_further = further.any(|set| set_of(set) == wanted);
-            judged.mark = best_mark(effect, &ways(&wanted, answer.identified.as_ref()), json);
+            let ways = ways(&wanted, answer.identified.as_ref());
+            judged.mark = best_mark(effect, &ways, json);
+            if answer.identified.as_ref().is_some_and(|model| is_sag_found(model, truth, json)) {
+                judged.count_sag(&wanted, &ways, json);
+            }
             judged.over_floor = over_floor(json);
             (judged.parameters, judged.parameter_text) = parameters(&wanted, truth, json);
             judged.intervals = intervals(&wanted[0], truth, json);
@@ -152,12 +164,40 @@ fn ways(wanted: &[String], identified: Option<&Identified>) -> Vec<Vec<String>> 
     let others: Vec<String> = left.iter().filter(|effect| *effect != CUBIC).cloned().collect();
     let mut ways = vec![left];
     if model.degree >= CUBIC_DEGREE && others.len() < ways[0].len() {
-        let mut begins_elsewhere = others.clone();
-        begins_elsewhere.push(OFFSET.to_owned());
-        begins_elsewhere.sort();
+        let begins_elsewhere = with(others.clone(), OFFSET);
         ways.extend([others, begins_elsewhere]);
     }
     ways
+}
+
+fn with(mut set: Vec<String>, id: &str) -> Vec<String> {
+    set.push(id.to_owned());
+    set.sort();
+    set
+}
+
+/// Whether the answer names the battery's sag of the bench, which the identified model left out, and within a tenth how large it is.
+fn is_sag_found(model: &Identified, truth: &Value, json: &Value) -> bool {
+    let found = json["parameters"][SAG_GAIN]["value"].as_f64();
+    let hidden = truth[OWN_BASE]["voltage_gain"].as_f64();
+    let is_close = found.zip(hidden).is_some_and(|(found, hidden)| (found / hidden - 1.0).abs() <= 0.1);
+    !model.has_voltage_gain && is_close && set_of(&json["effects"]).iter().any(|id| id == SAG)
+}
+
+impl Judged {
+    /// The battery's sag is missing from the model, too, and named: it is as true as what is hidden.
+    fn count_sag(&mut self, wanted: &[String], ways: &[Vec<String>], json: &Value) {
+        if wanted.iter().any(|id| id == SAG) {
+            return;
+        }
+        let is_common = set_of(&json["common_effects"]).iter().any(|id| id == SAG);
+        (self.named.0, self.common.0) = (self.named.0 + 1, self.common.0 + usize::from(is_common));
+        let hidden = |way: &Vec<String>| with(way.iter().filter(|id| *id != "none").cloned().collect(), SAG);
+        let marks: Vec<Mark> = ways.iter().map(|way| mark(SAG, &hidden(way), json)).collect();
+        let better =
+            marks.iter().find(|mark| mark.is_right()).or(marks.iter().find(|mark| **mark == Mark::Part));
+        self.mark = better.copied().unwrap_or(self.mark);
+    }
 }
 
 /// The mark of the first way that is right, else of the first.

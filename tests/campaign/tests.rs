@@ -149,6 +149,11 @@ fn a_set_listed_further_down_is_counted_apart_and_not_as_right() {
     let judged = |effect: &str| judge("case", &json!({"effect": effect, "parameters": {}}), &answer);
     assert_eq!((judged("cable_stiffness").mark, judged("cable_stiffness").is_further), (Mark::Wrong, true));
     assert!(!judged("gyro_bias").is_further);
+    if let Ok(json) = &mut answer.json {
+        json["common_effects"] = json!(["a"]);
+    }
+    let judged = |effect: &str| judge("case", &json!({"effect": effect, "parameters": {}}), &answer);
+    assert_eq!((judged("a+b").common, judged("b").common), ((1, 1), (0, 1)));
 }
 
 #[test]
@@ -194,7 +199,8 @@ fn the_judge_cannot_be_flattered() {
 fn beside_a_model_of_the_same_log_what_it_has_taken_up_is_found() {
     let mark = |effect: &str, said: Answer, (effects, degree): (&[&str], usize)| {
         let effects = effects.iter().map(|id| (*id).to_owned()).collect();
-        let said = Answer { identified: Some(Identified { effects, degree }), ..said };
+        let said =
+            Answer { identified: Some(Identified { effects, degree, has_voltage_gain: true }), ..said };
         let judged = judge("case", &json!({"effect": effect, "parameters": {}, "own_base": {}}), &said);
         (judged.mark, judged.names_nothing_wrong())
     };
@@ -211,6 +217,28 @@ fn beside_a_model_of_the_same_log_what_it_has_taken_up_is_found() {
     assert_eq!(mark("a+b", missing(&["a", "b", "c"]), (&[], 2)), (Mark::TooMany, false));
     assert_eq!(mark("a", answer("unknown", &["c"], &[], &[]), (&[], 2)), (Mark::Unknown, false));
     assert_eq!(mark("a", answer("parameters_changed", &[], &[], &["pole"]), (&[], 2)), (Mark::Wrong, false));
+}
+
+/// A model that `identify` made without the battery lacks its sag: it is there, of the size that the bench has.
+#[test]
+fn a_sag_that_the_model_of_the_same_log_left_out_is_missing() {
+    let mark = |has_voltage_gain: bool, gain: f64, effects: &[&str]| {
+        let mut said = answer("missing_effect", effects, &[], &[]);
+        if let Ok(json) = &mut said.json {
+            json["parameters"]["battery_sag.gain"] = json!({"value": gain, "standard_error": 0.1});
+        }
+        let identified = Identified { effects: Vec::new(), degree: 2, has_voltage_gain };
+        let truth = json!({"effect": "a", "parameters": {}, "own_base": {"voltage_gain": 23.1}});
+        let judged = judge("case", &truth, &Answer { identified: Some(identified), ..said });
+        (judged.mark, judged.named)
+    };
+    let both = ["a", "battery_sag"];
+    assert_eq!(mark(false, 23.08, &both), (Mark::Named, (2, 2)));
+    assert_eq!(mark(false, 30.0, &both), (Mark::TooMany, (1, 2)), "another size");
+    assert_eq!(mark(true, 23.08, &both), (Mark::TooMany, (1, 2)), "the model has it");
+    assert_eq!(mark(false, 23.08, &["battery_sag"]), (Mark::Part, (1, 1)));
+    assert_eq!(mark(false, 23.08, &["b", "battery_sag"]), (Mark::Wrong, (1, 2)));
+    assert_eq!(mark(false, 23.08, &["a"]), (Mark::Named, (1, 1)), "too small to be seen");
 }
 
 /// What `diagnose` says of a case.
@@ -242,10 +270,13 @@ fn diagnosed(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis 
     found
 }
 
+fn three(kind: Kind, ids: [&str; 3]) -> Question {
+    Question::Three(ids.map(|id| ENTRIES.iter().find(|entry| entry.id == id).unwrap()), kind)
+}
+
 /// What is found of three effects of a bench, by name.
 fn found_of_three(kind: Kind, ids: [&str; 3], seed: u64) -> Vec<String> {
-    let entries = ids.map(|id| ENTRIES.iter().find(|entry| entry.id == id).unwrap());
-    let mut found = asked(&Question::Three(entries, kind), seed).effects;
+    let mut found = asked(&three(kind, ids), seed).effects;
     found.sort();
     found
 }
@@ -302,6 +333,34 @@ mod at_length {
         assert!(changed[0].name == "pole" && (changed[0].to - 16.966).abs() < 3.0 * error, "{changed:?}");
     }
 
+    /// The rotors are read a moment late and the torque acts a moment late, or the rotors act late: one effect against two. And a pendulum
+    /// has two numbers, as a cable and a constant torque have together.
+    #[test]
+    fn what_is_as_well_said_in_fewer_effects_is_named_and_the_other_listed() {
+        let entry = |id: &str| ENTRIES.iter().find(|entry| entry.id == id).unwrap();
+        let found = |one: &str, two: &str, seed: u64| {
+            let pair = Question::Pair(entry(one), entry(two), Kind::Attitude);
+            let logs = logs(&Question::OwnBase(Box::new(pair)), seed);
+            let own = identify(&logs[0], &[], &IdentifySettings::default()).unwrap().model;
+            let found = asked_of(&own, &logs);
+            std::iter::once(found.effects).chain(found.alternatives).collect::<Vec<_>>()
+        };
+        let sets = found("pivot_viscous_friction", "transport_delay", 24_890_591_671_594);
+        assert_eq!(sets[0].len(), 2, "{sets:?}");
+        assert!(
+            sets.contains(&["transport_delay", "pivot_viscous_friction"].map(str::to_owned).to_vec()),
+            "{sets:?}"
+        );
+        let sets = found("cable_stiffness", "torque_bias", 24_890_591_671_552);
+        assert_eq!(sets[0], ["gravity_pendulum"], "{sets:?}");
+        let both = |set: &&Vec<String>| {
+            set.len() == 2
+                && set.contains(&"cable_stiffness".to_owned())
+                && set.contains(&"torque_bias".to_owned())
+        };
+        assert!(sets.iter().any(|set| both(&set)), "{sets:?}");
+    }
+
     /// Where the body comes to rest, dry friction makes two local minima of a window's start: from the reading of a gyroscope that lags
     /// behind it by a tenth of what it turns the fit ends in the wrong one, here and there.
     #[test]
@@ -355,6 +414,29 @@ mod at_length {
             (["cable_stiffness", "pivot_coulomb_friction", "quadratic_air_drag"], 60_112_888_338_142),
         ] {
             assert_eq!(found_of_three(Kind::Attitude, ids, seed), ids);
+        }
+    }
+
+    /// Near the level a pendulum stands nearly for a floor below and a push to one side. In one case it leaves too much to be named; in
+    /// the other what both take off is too little to be a law, and they are listed beside it.
+    #[test]
+    fn two_laws_that_one_nearly_stands_for_are_named_or_listed() {
+        for (lag, seed, common) in [
+            ("gyro_lag", 50_913_529_740_147, &["gyro_lag", "ground_effect"][..]),
+            ("rotor_lag", 31_810_040_429_839, &["rotor_lag"]),
+        ] {
+            let hidden = ["actuator_mismatch", "ground_effect", lag];
+            let found = asked(&three(Kind::Attitude, hidden), seed);
+            let sets: Vec<Vec<String>> = std::iter::once(&found.effects)
+                .chain(&found.alternatives)
+                .map(|set| {
+                    let mut set = set.clone();
+                    set.sort();
+                    set
+                })
+                .collect();
+            assert!(sets.iter().any(|set| set == &hidden), "{sets:?}");
+            assert_eq!(found.common_effects, common, "{sets:?}");
         }
     }
 }

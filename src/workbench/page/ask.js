@@ -92,7 +92,7 @@ function answered(answer) {
     answer.is_of_other_bench && answer.is_current && identify({ class: "primary" }),
     answer.effects.length && answer.is_current ? set(answer.effects) : null,
     answer.verdict === "parameters_changed" && answer.is_current && idle("Take the new numbers over", () => act("recalibrate"), { class: "primary" }),
-    answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set)),
+    answer.alternatives.length > 0 && element("div", {}, element("p", {}, "These data cannot tell it from:"), answer.alternatives.map(set), answer.common && element("p", {}, answer.common)),
     errors(answer.error, answer.unit), candidates(answer),
     answer.findings.length > 0 && element("details", { "data-key": "answer findings" }, element("summary", {}, count(answer.findings.length, "finding")), element("ul", {}, answer.findings.map(it => element("li", {}, it)))),
     element("h3", {}, "What to do next"), element("ul", { class: "next" }, answer.next.map(step)),
