@@ -4,8 +4,9 @@ use super::block_context::{BlockContext, DrivenBody};
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
+use super::driven_body::{is_better, is_explained, misfit, prefers};
 use super::error::DiagnoseError;
-use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};
+use super::model_selection::{is_identifiable, joint_floors, loss, period, same_set, senses_rotors};
 use super::not_named::{NotNamed, Unmet};
 use super::search_result::{SearchResult, SingleEffect};
 use super::surrogate_test::surrogate;
@@ -15,6 +16,16 @@ use crate::model::Effect;
 /// Squared error of the body, over the noise, under a set of the rotors'; which of the base's numbers the set changes, where
 /// parameters are selected.
 type DriverScore = (f64, CandidateFit, Option<Vec<String>>);
+
+/// A set of the rotors' that drives the body, and what is found in that.
+struct Driver {
+    selected: CandidateFit,
+    /// Of the base's numbers.
+    changed: Vec<String>,
+    body: SearchResult,
+    /// What is missing or changed in both.
+    size: usize,
+}
 
 impl BlockContext<'_> {
     /// A delay of the sensor and one of the rotor look the same from the command to the reading, and not to the body: where the
@@ -43,6 +54,7 @@ impl BlockContext<'_> {
                 None => kept.push(other),
                 Some(false) => {
                     kept.clear();
+                    rotor.two_for_one.clear();
                     rotor.answer = selected;
                     rotor.changed = changed;
                     body = driven;
@@ -90,43 +102,94 @@ impl BlockContext<'_> {
         if is_requested || is_explained(&body, &body.refitted) {
             return Ok((body, None));
         }
+        let near = self.near_drivers(rotor, &body)?;
+        let mut drivers = self.drivers(rotor, near, &body.floors)?;
+        if drivers.is_empty() {
+            return Ok((body, None));
+        }
+        let least = drivers.remove(0);
+        let before = self.size(rotor, (&rotor.answer, &rotor.changed), &body);
+        if !is_better(&body, &least.body, (before, least.size)) {
+            return Ok((body, None));
+        }
+        // With another one the body may miss something else.
+        let is_same = |other: &Driver| {
+            is_explained(&other.body, &other.body.answer)
+                && same_set(&other.body.answer.effects, &least.body.answer.effects)
+                && !other.selected.effects.is_empty()
+        };
+        rotor.alternatives = drivers.into_iter().filter(is_same).map(|other| other.selected).collect();
+        rotor.two_for_one.clear();
+        answer_with(rotor, least.selected, least.changed);
+        Ok((least.body, Some(body)))
+    }
+
+    /// Sets of the rotors that leave the body less by plenty, those with the least and those with nearly as little.
+    fn near_drivers(
+        &self,
+        rotor: &SearchResult,
+        body: &SearchResult,
+    ) -> Result<Vec<DriverScore>, DiagnoseError> {
         // By itself first; then beside what was found in the body, where that leaves more than noise.
         let found = body.answer.effects.clone();
         let mut beside = vec![Vec::new()];
-        beside.extend((!found.is_empty() && !is_explained(&body, &body.answer)).then_some(found));
+        beside.extend((!found.is_empty() && !is_explained(body, &body.answer)).then_some(found));
+        let mut near: Vec<DriverScore> = Vec::new();
         for effects in &beside {
-            let scored = self.scored(rotor, &body, effects)?;
+            let scored = self.scored(rotor, body, effects)?;
             let before = if effects.is_empty() { &body.refitted } else { &body.answer };
-            let limit = (1.0 - THRESHOLDS.driver_gain) * misfit(&body, before, &body.floors);
-            let Some((left, best, changed)) = scored.first().filter(|(left, ..)| *left < limit) else {
-                continue;
+            let limit = (1.0 - THRESHOLDS.driver_gain) * misfit(body, before, &body.floors);
+            let nearly =
+                scored.first().map_or(0.0, |best| (1.0 + THRESHOLDS.decides_between_drivers) * best.0);
+            let is_new = |score: &DriverScore| {
+                !near.iter().any(|known| known.1.effects == score.1.effects && known.2 == score.2)
             };
-            let (selected, changed) = match changed {
-                Some(changed) => (best.clone(), changed.clone()),
-                None => self.with_its_numbers(rotor, best),
-            };
-            let Some(driven) = self.search_driven(rotor, &selected)? else { continue };
-            // Estimates that follow are no change of the bench.
-            let counts = !self.has_estimates(rotor);
-            let size = |rotor: &CandidateFit, changed: &[String], body: &SearchResult| {
-                let changed = if counts { changed.len() } else { 0 };
-                rotor.effects.len() + changed + body.answer.effects.len() + body.changed.len()
-            };
-            let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&selected, &changed, &driven));
-            if is_better(&body, &driven, sizes) {
-                let is_indistinguishable = |(other, fitted, _): &&DriverScore| {
-                    *other <= (1.0 + THRESHOLDS.decides_between_drivers) * left && !fitted.effects.is_empty()
-                };
-                rotor.alternatives = scored[1..]
-                    .iter()
-                    .filter(is_indistinguishable)
-                    .map(|(_, fitted, _)| fitted.clone())
-                    .collect();
-                answer_with(rotor, selected, changed);
-                return Ok((driven, Some(body)));
-            }
+            let new =
+                scored.into_iter().filter(|score| score.0 < limit && score.0 <= nearly && is_new(score));
+            let new: Vec<DriverScore> = new.collect();
+            near.extend(new);
         }
-        Ok((body, None))
+        Ok(near)
+    }
+
+    /// The drivers with what is found in the body under each: first the one that explains it with least missing in all. A rotor that
+    /// answers late may be taken for one that is read late, and then the torque is late, too.
+    fn drivers(
+        &self,
+        rotor: &SearchResult,
+        scored: Vec<DriverScore>,
+        floors: &[f64; 2],
+    ) -> Result<Vec<Driver>, DiagnoseError> {
+        let mut drivers = Vec::new();
+        for (_, fitted, changed) in scored {
+            let (selected, changed) = match changed {
+                Some(changed) => (fitted, changed),
+                None => self.with_its_numbers(rotor, &fitted),
+            };
+            let Some(body) = self.search_driven(rotor, &selected)? else { continue };
+            let size = self.size(rotor, (&selected, &changed), &body);
+            drivers.push(Driver { selected, changed, body, size });
+        }
+        let rank = |it: &Driver| {
+            let left = misfit(&it.body, &it.body.answer, floors);
+            if is_explained(&it.body, &it.body.answer) { (false, it.size as f64) } else { (true, left) }
+        };
+        drivers.sort_by(|a, b| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        Ok(drivers)
+    }
+
+    /// What is missing or changed in the rotors and the body that they drive. Estimates that follow are no change of the bench.
+    fn size(
+        &self,
+        rotor: &SearchResult,
+        (answer, changed): (&CandidateFit, &[String]),
+        body: &SearchResult,
+    ) -> usize {
+        let changed = if self.has_estimates(rotor) { 0 } else { changed.len() };
+        answer.effects.len() + changed + body.answer.effects.len() + body.changed.len()
     }
 
     /// The body with its own numbers and `effects` refitted, under each plausible set of the rotors, best first.
@@ -310,38 +373,6 @@ fn may_be_of_lagging_rotors(rotor: &SearchResult, body: &SearchResult) -> bool {
     is_searched && senses_rotors(&rotor.answer) && body.over_floor(&body.refitted).0 <= THRESHOLDS.at_floor
 }
 
-/// Whether a fit leaves nothing but noise, on the data fitted on as on those held out.
-fn is_explained(found: &SearchResult, fitted: &CandidateFit) -> bool {
-    let limit = found.at_floor();
-    let training =
-        |channel: usize| fitted.channel_error(&found.split, channel, false) / found.floors[channel];
-    found.over_floor(fitted).0 <= limit
-        && (0..found.split.train.channels().len()).all(|channel| training(channel) <= limit)
-}
-
-/// Squared error of a fit, fitted and held out, over the noise.
-fn misfit(found: &SearchResult, fitted: &CandidateFit, floors: &[f64; 2]) -> f64 {
-    let share = |channel: usize, held_out| {
-        (fitted.channel_error(&found.split, channel, held_out) / floors[channel]).powi(2)
-    };
-    (0..found.split.train.channels().len()).map(|channel| share(channel, false) + share(channel, true)).sum()
-}
-
-/// Whether the body that another set drives is better explained; `sizes` count what each of the two asks for.
-fn is_better(body: &SearchResult, driven: &SearchResult, sizes: (usize, usize)) -> bool {
-    let explained = (is_explained(body, &body.answer), is_explained(driven, &driven.answer));
-    match explained {
-        (true, false) => false,
-        (false, true) => true,
-        // As many for the one as for the other: the rotors' own sensors speak for the other, too.
-        (true, true) => sizes.1 <= sizes.0,
-        _ => {
-            misfit(driven, &driven.answer, &body.floors)
-                < (1.0 - THRESHOLDS.driver_gain) * misfit(body, &body.answer, &body.floors)
-        }
-    }
-}
-
 /// A driven body whose ladder begins where the rotors had not got the effects yet.
 fn with_error_before(before: &SearchResult, mut driven: SearchResult, effects: &[String]) -> SearchResult {
     let of = |fitted: &CandidateFit| fitted.in_units_of(&before.split, &driven.split);
@@ -374,25 +405,4 @@ fn with_error_before(before: &SearchResult, mut driven: SearchResult, effects: &
     }
     (driven.nominal, driven.refitted) = (nominal, refitted);
     driven
-}
-
-/// Whether the first body is the simpler explanation; `None` where both are as good.
-fn prefers(one: &SearchResult, other: &SearchResult) -> Option<bool> {
-    let at_floor = |found: &SearchResult| found.over_floor(&found.answer).0 <= found.at_floor();
-    if at_floor(one) != at_floor(other) {
-        return Some(at_floor(one));
-    }
-    let size = |found: &SearchResult| found.answer.effects.len() + found.changed.len();
-    if size(one) != size(other) {
-        return Some(size(one) < size(other));
-    }
-    let channels = 0..one.split.train.channels().len();
-    let score = |found: &SearchResult| {
-        let share = |channel: usize| {
-            (found.answer.channel_error(&found.split, channel, true) / one.floors[channel]).powi(2)
-        };
-        channels.clone().map(share).sum::<f64>()
-    };
-    let (a, b) = (score(one), score(other));
-    ((a - b).abs() > THRESHOLDS.decides_between_drivers * a.min(b)).then_some(a < b)
 }

@@ -20,6 +20,7 @@ mod curve_caveat;
 pub mod data_split;
 pub mod diagnosis;
 mod directions;
+mod driven_body;
 pub mod driver_inference;
 mod error;
 mod extend;
