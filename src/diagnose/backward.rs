@@ -5,7 +5,7 @@ use super::data_split::DataSplit;
 use super::looks::LookCache;
 use super::model_selection::{
     best_of_each, improves, indistinguishable, is_identifiable, loss, over_white_floors, period, same_set,
-    same_share,
+    same_share, senses_rotors,
 };
 use super::parallel::{Finalists, run_all, run_promising};
 use super::search_space::Search;
@@ -164,7 +164,7 @@ impl Search<'_> {
 
     /// Sets with two effects in the place of one of `best`, which is confused with one of the two: one law may stand for two. They leave as
     /// much as it with no more numbers, or less by more than chance, though too little less to be named. None of them holds a set that is
-    /// `as_good`. The best of them and those as good as that, nearest first; none where `best` leaves too much to be an answer: many sets
+    /// `as_good`. The best of them, those as good as that, and those with no more numbers, nearest first; none where `best` leaves too much to be an answer: many sets
     /// leave a little less then.
     pub(crate) fn two_for_one(
         &self,
@@ -179,20 +179,23 @@ impl Search<'_> {
         let (same, left) = (same_share(best), loss(split, best));
         let holds =
             |set: &CandidateFit, part: &CandidateFit| part.effects.iter().all(|id| set.effects.contains(id));
+        let is_as_good = |set: &CandidateFit| {
+            self.numbers(set) <= self.numbers(best) && loss(split, set) <= (1.0 + same) * left
+        };
         let larger = fits.iter().filter(|set| {
-            let is_as_good =
-                |set| self.numbers(set) <= self.numbers(best) && loss(split, set) <= (1.0 + same) * left;
             let is_better =
                 |set| loss(split, set) < (1.0 - same) * left && is_more_than_chance(split, best, set);
             self.has_two_for_one(set, best)
+                && senses_rotors(set) == senses_rotors(best)
                 && (is_as_good(set) || is_better(set))
+                && !has_filler(split, set, best, fits)
                 && !as_good.iter().any(|part| holds(set, part))
                 && is_identifiable(split, set, self.known)
         });
         let mut larger = best_of_each(split, larger.cloned().collect());
         larger.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
         let least = larger.first().map_or(0.0, |set| loss(split, set));
-        larger.retain(|set| loss(split, set) <= (1.0 + same) * least);
+        larger.retain(|set| is_as_good(set) || loss(split, set) <= (1.0 + same) * least);
         larger
     }
 
@@ -250,6 +253,17 @@ impl Search<'_> {
         };
         names(one, other) || names(other, one)
     }
+}
+
+/// Whether a set does nearly as well without one of the effects that `best` has not got: then it is another one in the place of one, and
+/// something small beside.
+fn has_filler(split: &DataSplit, set: &CandidateFit, best: &CandidateFit, fits: &[CandidateFit]) -> bool {
+    set.effects.iter().filter(|id| !best.effects.contains(id)).any(|id| {
+        let rest: Vec<String> = set.effects.iter().filter(|other| *other != id).cloned().collect();
+        let without = fits.iter().filter(|fitted| same_set(&fitted.effects, &rest));
+        let least = without.map(|fitted| loss(split, fitted)).fold(f64::INFINITY, f64::min);
+        loss(split, set) > (1.0 - THRESHOLDS.least_gain) * least
+    })
 }
 
 /// Whether `after` leaves less than `before` on both parts, in one stretch as in the other, and by more than the same trace does when it
@@ -322,6 +336,11 @@ mod tests {
         );
         assert!(one(set(&["gyro_bias", "ground_effect", "torque_bias"], 0.0)).is_empty(), "three for two");
         assert!(one(set(&["gyro_scale", "ground_effect"], 0.0)).is_empty(), "no larger");
+        let twin = [set(&["gyro_scale", "ground_effect"], 0.1), of("torque_bias", 0.02)];
+        assert!(
+            listed(&best, &[], &twin).is_empty(),
+            "a floor in the place of the pendulum, and something small"
+        );
         let as_good = set(&["gyro_scale", "torque_bias"], 0.16);
         assert_eq!(listed(&best, &[as_good], &fits), both[..1], "the other has a set as good, and one more");
         let bent = CandidateFit { held_out: set(&[], 0.2).fit, ..of("torque_bias", 0.0) };
@@ -339,6 +358,11 @@ mod tests {
         assert!(listed(&far, &[], &[less]).is_empty(), "far above its noise");
         let as_many = |left: f64| set(&["gyro_scale", "cable_stiffness", "torque_bias"], left);
         assert_eq!(one(as_many(0.165)).len(), 1, "as many numbers as a pendulum has, and it leaves as much");
+        assert_eq!(
+            listed(&best, &[], &[as_many(0.165), of("torque_bias", 0.0)]).len(),
+            2,
+            "each by its own right"
+        );
         assert!(one(as_many(0.2)).is_empty(), "it leaves more");
     }
 

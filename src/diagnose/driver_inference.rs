@@ -4,9 +4,9 @@ use super::block_context::{BlockContext, DrivenBody};
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::driven_body::{is_better, is_explained, misfit, prefers};
+use super::driven_body::{Driver, is_better, is_explained, misfit, prefers, sort_by_what_is_missing};
 use super::error::DiagnoseError;
-use super::model_selection::{is_identifiable, joint_floors, loss, period, same_set, senses_rotors};
+use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};
 use super::not_named::{NotNamed, Unmet};
 use super::search_result::{SearchResult, SingleEffect};
 use super::surrogate_test::surrogate;
@@ -16,16 +16,6 @@ use crate::model::Effect;
 /// Squared error of the body, over the noise, under a set of the rotors'; which of the base's numbers the set changes, where
 /// parameters are selected.
 type DriverScore = (f64, CandidateFit, Option<Vec<String>>);
-
-/// A set of the rotors' that drives the body, and what is found in that.
-struct Driver {
-    selected: CandidateFit,
-    /// Of the base's numbers.
-    changed: Vec<String>,
-    body: SearchResult,
-    /// What is missing or changed in both.
-    size: usize,
-}
 
 impl BlockContext<'_> {
     /// A delay of the sensor and one of the rotor look the same from the command to the reading, and not to the body: where the
@@ -112,13 +102,7 @@ impl BlockContext<'_> {
         if !is_better(&body, &least.body, (before, least.size)) {
             return Ok((body, None));
         }
-        // With another one the body may miss something else.
-        let is_same = |other: &Driver| {
-            is_explained(&other.body, &other.body.answer)
-                && same_set(&other.body.answer.effects, &least.body.answer.effects)
-                && !other.selected.effects.is_empty()
-        };
-        rotor.alternatives = drivers.into_iter().filter(is_same).map(|other| other.selected).collect();
+        rotor.alternatives = least.as_good(drivers, &body.floors).collect();
         rotor.two_for_one.clear();
         answer_with(rotor, least.selected, least.changed);
         Ok((least.body, Some(body)))
@@ -136,7 +120,9 @@ impl BlockContext<'_> {
         beside.extend((!found.is_empty() && !is_explained(body, &body.answer)).then_some(found));
         let mut near: Vec<DriverScore> = Vec::new();
         for effects in &beside {
-            let scored = self.scored(rotor, body, effects)?;
+            let mut scored = self.scored(rotor, body, effects)?;
+            // What ran away leaves no number.
+            scored.retain(|score| score.0.is_finite());
             let before = if effects.is_empty() { &body.refitted } else { &body.answer };
             let limit = (1.0 - THRESHOLDS.driver_gain) * misfit(body, before, &body.floors);
             let nearly =
@@ -170,14 +156,7 @@ impl BlockContext<'_> {
             let size = self.size(rotor, (&selected, &changed), &body);
             drivers.push(Driver { selected, changed, body, size });
         }
-        let rank = |it: &Driver| {
-            let left = misfit(&it.body, &it.body.answer, floors);
-            if is_explained(&it.body, &it.body.answer) { (false, it.size as f64) } else { (true, left) }
-        };
-        drivers.sort_by(|a, b| {
-            let (a, b) = (rank(a), rank(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
+        sort_by_what_is_missing(&mut drivers, floors);
         Ok(drivers)
     }
 

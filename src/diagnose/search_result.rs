@@ -52,7 +52,7 @@ pub struct SearchResult {
     pub ladder: Vec<CandidateFit>,
     /// Sets that the data cannot tell from the answer, nearest first.
     pub alternatives: Vec<CandidateFit>,
-    /// Sets with two effects in the place of one of the answer's that leave less than it, and were not named.
+    /// Sets with two effects in the place of one of the answer's that the data cannot tell from it, or that leave a little less.
     pub two_for_one: Vec<CandidateFit>,
     /// For each effect of the answer, the fit without it.
     pub dropped: Vec<CandidateFit>,

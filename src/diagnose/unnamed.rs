@@ -52,7 +52,12 @@ pub(crate) fn in_answer(found: &SearchResult, named: &[String], single: &SingleE
         return None;
     }
     let beside = |condition| NotNamed { beside: Vec::new(), condition };
-    match found.alternatives.iter().find(|other| other.effects.contains(&single.effect)) {
+    match found
+        .alternatives
+        .iter()
+        .chain(&found.two_for_one)
+        .find(|other| other.effects.contains(&single.effect))
+    {
         Some(other) => Some(beside(Unmet::Indistinguishable { set: other.effects.clone() })),
         None => Some(single.not_named.clone().unwrap_or_else(|| beside(Unmet::BodyDecides))),
     }

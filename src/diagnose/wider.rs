@@ -81,6 +81,7 @@ impl Search<'_> {
         fits.extend(run_promising(&[candidates], all, (split, looks), self.progress));
         let is_confused = |fitted: &CandidateFit| {
             exchange(&answer.effects, &fitted.effects).is_some_and(|(out, by)| self.are_confused(out, by))
+                && loss(split, fitted).is_finite()
         };
         let confused = best_of_each(split, fits.iter().filter(|it| is_confused(it)).cloned().collect());
         let front = least(split, &confused, answer.effects.len(), THRESHOLDS.wide_beam);

@@ -192,6 +192,9 @@ impl Judged {
         }
         let is_common = set_of(&json["common_effects"]).iter().any(|id| id == SAG);
         (self.named.0, self.common.0) = (self.named.0 + 1, self.common.0 + usize::from(is_common));
+        if self.mark.is_right() {
+            return;
+        }
         let hidden = |way: &Vec<String>| with(way.iter().filter(|id| *id != "none").cloned().collect(), SAG);
         let marks: Vec<Mark> = ways.iter().map(|way| mark(SAG, &hidden(way), json)).collect();
         let better =
