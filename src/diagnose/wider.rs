@@ -247,7 +247,7 @@ mod tests {
         };
         assert!(tried_where(0.0).is_empty(), "nothing but noise is left");
         assert_eq!(
-            tried_where(0.5),
+            tried_where(1.2),
             ["speed_dependent_pole static_offset telemetry_lag", "static_offset telemetry_lag"],
             "none holds the answer and more"
         );

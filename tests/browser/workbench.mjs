@@ -180,6 +180,9 @@ async function ask() {
   check(/^rotorbench extend .* -o extended\.toml$/.test(next), "what to do next: " + next);
   step("the card of a candidate");
   const named = page.locator(".candidates summary").first();
+  // A card goes when its list moves, and the last of a scroll is heard a frame later.
+  await named.scrollIntoViewIfNeeded();
+  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
   await named.hover();
   const card = page.getByRole("tooltip");
   await card.waitFor();
