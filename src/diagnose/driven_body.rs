@@ -6,7 +6,7 @@ use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 
 /// A set of the rotors' that drives the body, and what is found in that.
-pub(super) struct Driver {
+pub(super) struct TriedDriver {
     pub selected: CandidateFit,
     /// Of the base's numbers.
     pub changed: Vec<String>,
@@ -15,7 +15,7 @@ pub(super) struct Driver {
     pub size: usize,
 }
 
-impl Driver {
+impl TriedDriver {
     fn is_explained(&self) -> bool {
         is_explained(&self.body, &self.body.answer)
     }
@@ -41,9 +41,9 @@ impl Driver {
 /// First those that explain the body, among them that with least missing in all; of as many, and of those that do not explain it, that
 /// which leaves least. A rotor that answers late may be taken for one that is read late, and then the torque is late, too. What leaves no
 /// number is out.
-pub(super) fn sort_by_what_is_missing(drivers: &mut Vec<Driver>, floors: &[f64; 2]) {
+pub(super) fn sort_by_what_is_missing(drivers: &mut Vec<TriedDriver>, floors: &[f64; 2]) {
     drivers.retain(|driver| driver.left(floors).is_finite());
-    let rank = |it: &Driver| (!it.is_explained(), if it.is_explained() { it.size } else { 0 });
+    let rank = |it: &TriedDriver| (!it.is_explained(), if it.is_explained() { it.size } else { 0 });
     drivers.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.left(floors).total_cmp(&b.left(floors))));
 }
 
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     /// A driver with `ids` in the rotors, `body` in the body, and an error of so many times the noise left.
-    fn driver(ids: &[&str], body: &[&str], left: f64) -> Driver {
+    fn driver(ids: &[&str], body: &[&str], left: f64) -> TriedDriver {
         let slow = |row: usize| (left * left - 1.0).sqrt() * noise(ROWS + row / 100);
         let set = |ids: &[&str]| {
             let residuals = (0..ROWS).map(|row| noise(row) + slow(row)).collect();
@@ -114,7 +114,7 @@ mod tests {
         };
         let mut found = SearchResult::of_one(split(), [set(&[]), set(&[]), set(body)], Vec::new());
         found.floors = [1.0; 2];
-        Driver { selected: set(ids), changed: Vec::new(), body: found, size: ids.len() + body.len() }
+        TriedDriver { selected: set(ids), changed: Vec::new(), body: found, size: ids.len() + body.len() }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::block_context::{BlockContext, DrivenBody};
 use super::candidate_fit::CandidateFit;
 use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::driven_body::{Driver, is_better, is_explained, misfit, prefers, sort_by_what_is_missing};
+use super::driven_body::{TriedDriver, is_better, is_explained, misfit, prefers, sort_by_what_is_missing};
 use super::error::DiagnoseError;
 use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};
 use super::not_named::{NotNamed, Unmet};
@@ -145,7 +145,7 @@ impl BlockContext<'_> {
         rotor: &SearchResult,
         scored: Vec<DriverScore>,
         floors: &[f64; 2],
-    ) -> Result<Vec<Driver>, DiagnoseError> {
+    ) -> Result<Vec<TriedDriver>, DiagnoseError> {
         let mut drivers = Vec::new();
         for (_, fitted, changed) in scored {
             let (selected, changed) = match changed {
@@ -154,7 +154,7 @@ impl BlockContext<'_> {
             };
             let Some(body) = self.search_driven(rotor, &selected)? else { continue };
             let size = self.size(rotor, (&selected, &changed), &body);
-            drivers.push(Driver { selected, changed, body, size });
+            drivers.push(TriedDriver { selected, changed, body, size });
         }
         sort_by_what_is_missing(&mut drivers, floors);
         Ok(drivers)

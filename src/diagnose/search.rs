@@ -196,9 +196,8 @@ impl Search<'_> {
             // With all of the base's numbers free it did not.
             (answer, changed) = (best.clone(), split.base_parameters(self.base));
         }
-        let instead = (best.effects.is_empty() && !changed.is_empty())
-            .then(|| self.single_effect_instead(&split, &answer, changed.len()))
-            .flatten();
+        let is_change = best.effects.is_empty() && !changed.is_empty();
+        let instead = is_change.then(|| self.single_effect_instead(&split, &answer, changed.len())).flatten();
         if let Some((effect, as_good)) = instead {
             alternatives = as_good;
             (best, answer, changed) = (effect.clone(), effect, Vec::new());
