@@ -224,7 +224,7 @@ impl Search<'_> {
         models
     }
 
-    /// Those sets, fitted.
+    /// Those sets, fitted; none where they would not be listed.
     pub(crate) fn two_with_as_many_numbers(
         &self,
         split: &DataSplit,
@@ -232,6 +232,9 @@ impl Search<'_> {
         fits: &[CandidateFit],
         base: &[String],
     ) -> Vec<CandidateFit> {
+        if over_white_floors(split, best) >= THRESHOLDS.near_floor {
+            return Vec::new();
+        }
         let models = self.as_many_numbers(best, fits);
         let candidates: Vec<_> = models.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
         run_all(&candidates, split, self.progress)

@@ -69,6 +69,14 @@ impl Search<'_> {
         refitted: &CandidateFit,
         (fits, looks): (&mut Vec<CandidateFit>, &mut LookCache),
     ) {
+        // To judge each set takes long; where the best leave too much none is an answer.
+        let leaves_much = |effects: usize| {
+            let best = least(split, fits, effects, 1);
+            best.first().is_none_or(|set| over_white_floors(split, set) >= THRESHOLDS.near_floor)
+        };
+        if (1..=THRESHOLDS.most_effects).all(leaves_much) {
+            return;
+        }
         let answer = self.grow_answer(split, refitted, fits);
         let over = over_white_floors(split, &answer);
         let has_room = (1..THRESHOLDS.most_effects - 1).contains(&answer.effects.len());
