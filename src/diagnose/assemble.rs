@@ -309,8 +309,9 @@ mod tests {
         };
         let mut found = SearchResult::of_one(split(), [&[][..], &[], &["a", "b"]].map(set), Vec::new());
         assert_eq!(common_effects(std::slice::from_ref(&found)), ["a", "b"]);
-        found.alternatives = vec![set(&["c", "b"]); 7];
-        assert_eq!(common_effects(std::slice::from_ref(&found)), ["b"]);
+        found.alternatives = vec![set(&["a", "b", "c"]); 7];
+        found.alternatives.push(set(&["c", "b"]));
+        assert_eq!(common_effects(std::slice::from_ref(&found)), ["b"], "the last of eight has no a");
         found.two_for_one.push(set(&["a", "c", "d"]));
         assert!(common_effects(std::slice::from_ref(&found)).is_empty());
     }

@@ -215,22 +215,13 @@ pub struct Diagnosis {
 impl Diagnosis {
     /// This answer of all rows, with what the search on a part of them tried.
     pub(super) fn searched_on(self, part: Self, findings: Vec<Finding>) -> Self {
-        let Self {
-            alternatives,
-            further_alternatives,
-            common_effects,
-            alternative_errors,
-            candidates,
-            next_experiment,
-            ..
-        } = part;
         Self {
-            alternatives,
-            further_alternatives,
-            common_effects,
-            alternative_errors,
-            candidates,
-            next_experiment,
+            alternatives: part.alternatives,
+            further_alternatives: part.further_alternatives,
+            common_effects: part.common_effects,
+            alternative_errors: part.alternative_errors,
+            candidates: part.candidates,
+            next_experiment: part.next_experiment,
             findings: findings.into_iter().chain(self.findings).collect(),
             ..self
         }

@@ -59,6 +59,7 @@ pub mod surrogate_test;
 pub(crate) mod tests;
 pub mod thresholds;
 mod torque_beside;
+mod two_for_one;
 mod unnamed;
 pub(crate) mod verdict;
 mod whole_steps;

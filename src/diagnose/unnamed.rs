@@ -141,6 +141,10 @@ mod tests {
         found.alternatives.push(set(&["other"], 0.0));
         let same = Unmet::Indistinguishable { set: vec!["other".to_owned()] };
         assert_eq!(in_answer(&found, &found.answer.effects, &found.singles[0]), beside(&[], same));
+        found.two_for_one = vec![set(&["other", "second"], 0.0)];
+        found.alternatives.clear();
+        let same = Unmet::Indistinguishable { set: vec!["other".to_owned(), "second".to_owned()] };
+        assert_eq!(in_answer(&found, &found.answer.effects, &found.singles[0]), beside(&[], same));
         found.singles[0].fitted = None;
         assert_eq!(in_answer(&found, &found.answer.effects, &found.singles[0]), None, "it was not tried");
     }

@@ -1,12 +1,10 @@
 //! Wider: where the sets that grew leave an error plainly above its noise, the way to the right one leads over effects that gain
 //! nothing alone, so more sets are fitted then.
 
-use super::backward::exchange;
 use super::candidate_fit::CandidateFit;
-use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::looks::LookCache;
-use super::model_selection::{best_of_each, loss, over_floors, over_white_floors, same_set};
+use super::model_selection::{loss, over_floors, over_white_floors, same_set};
 use super::parallel::{Finalists, run_all, run_promising};
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
@@ -60,48 +58,6 @@ impl Search<'_> {
         false
     }
 
-    /// Where the answer leaves little enough to be one, and more than noise: an effect that it is confused with in the place of one of its
-    /// own, with one more beside. Two laws that one stands for nearly gain next to nothing one by one.
-    pub(crate) fn look_beside_answer(
-        &self,
-        split: &DataSplit,
-        base: &[String],
-        refitted: &CandidateFit,
-        (fits, looks): (&mut Vec<CandidateFit>, &mut LookCache),
-    ) {
-        // To judge each set takes long; where the best leave too much none is an answer.
-        let leaves_much = |effects: usize| {
-            let best = least(split, fits, effects, 1);
-            best.first().is_none_or(|set| over_white_floors(split, set) >= THRESHOLDS.near_floor)
-        };
-        if (1..=THRESHOLDS.most_effects).all(leaves_much) {
-            return;
-        }
-        let answer = self.grow_answer(split, refitted, fits);
-        let over = over_white_floors(split, &answer);
-        let has_room = (1..THRESHOLDS.most_effects - 1).contains(&answer.effects.len());
-        if !has_room || !(THRESHOLDS.done_at_floor..THRESHOLDS.near_floor).contains(&over) {
-            return;
-        }
-        let new = self.confused_sets(&answer, |set| fits.iter().any(|it| same_set(&it.effects, set)));
-        let candidates = new.iter().map(|(model, set)| self.candidate(model, set, base)).collect();
-        let all = Finalists::of((usize::MAX, usize::MAX));
-        fits.extend(run_promising(&[candidates], all, (split, looks), self.progress));
-        let is_confused = |fitted: &CandidateFit| {
-            exchange(&answer.effects, &fitted.effects).is_some_and(|(out, by)| self.are_confused(out, by))
-                && loss(split, fitted).is_finite()
-        };
-        let confused = best_of_each(split, fits.iter().filter(|it| is_confused(it)).cloned().collect());
-        let front = least(split, &confused, answer.effects.len(), THRESHOLDS.wide_beam);
-        let mut groups = self.one_deeper(&front, fits, base);
-        let holds_answer = |set: &Candidate| {
-            answer.effects.iter().all(|id| set.effects.iter().any(|effect| effect.id == *id))
-        };
-        groups.iter_mut().for_each(|group| group.retain(|set| !holds_answer(set)));
-        let finalists = Finalists::of(THRESHOLDS.exchange_candidates);
-        fits.extend(run_promising(&groups, finalists, (split, looks), self.progress));
-    }
-
     /// The answer fitted at once from where its effects start: the way on which it grew may have ended in another valley.
     pub(crate) fn fit_jointly(
         &self,
@@ -151,7 +107,12 @@ fn reach(split: &DataSplit, fits: &[CandidateFit], effects: usize) -> f64 {
 }
 
 /// The sets of so many effects that leave least on all data, whether or not each effect of theirs gains anything.
-fn least(split: &DataSplit, fits: &[CandidateFit], effects: usize, most: usize) -> Vec<CandidateFit> {
+pub(crate) fn least(
+    split: &DataSplit,
+    fits: &[CandidateFit],
+    effects: usize,
+    most: usize,
+) -> Vec<CandidateFit> {
     let mut sets: Vec<(f64, &CandidateFit)> =
         of_size(fits, effects).map(|fitted| (loss(split, fitted), fitted)).collect();
     // What ran away leaves no number.
@@ -166,7 +127,6 @@ fn of_size(fits: &[CandidateFit], effects: usize) -> impl Iterator<Item = &Candi
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::super::progress::SearchEvent;
@@ -221,45 +181,6 @@ mod tests {
             search.look_wider(&split, &[], &left(12.0), (&mut fits, &mut LookCache::default()));
             assert_eq!(asked.load(Ordering::Relaxed) > 0, is_looked_wider, "one leaves {single} of 12");
         }
-    }
-
-    /// Of a delay and an offset that would be named and leave more than noise: a lag of the reading is confused with the delay.
-    #[test]
-    fn an_answer_that_leaves_more_than_noise_is_tried_with_another_law_and_one_more() {
-        let (split, base) = (split(), Model::paper());
-        let known = base.known_effects().expect("the catalogue");
-        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
-        let ids = ["transport_delay", "static_offset", "telemetry_lag", "speed_dependent_pole"];
-        let tried = Mutex::new(Vec::new());
-        let hears = |event: SearchEvent| {
-            if let SearchEvent::Tried { effects, .. } = event {
-                let mut set = effects.to_vec();
-                set.sort();
-                tried.lock().expect("no test fails in it").push(set.join(" "));
-            }
-        };
-        let eligible = ids.map(|id| (effect(id), None)).to_vec();
-        let search = Search { base: &base, known: &known, eligible, progress: &hears };
-        let mut model = base.with(effect("transport_delay")).with(effect("static_offset"));
-        for (name, value) in [("transport_delay.delay", 0.02), ("static_offset.coefficient", 20.0)] {
-            model.set_parameter(name, value);
-            model.standard_errors.insert(name.to_owned(), 0.05 * value);
-        }
-        let tried_where = |size: f64| {
-            let effects = ids[..2].iter().map(|id| (*id).to_owned()).collect();
-            let mut fits = vec![CandidateFit { effects, model: model.clone(), ..left(size) }];
-            search.look_beside_answer(&split, &[], &left(12.0), (&mut fits, &mut LookCache::default()));
-            let mut tried = std::mem::take(&mut *tried.lock().expect("no test fails in it"));
-            tried.sort();
-            tried
-        };
-        assert!(tried_where(0.0).is_empty(), "nothing but noise is left");
-        assert_eq!(
-            tried_where(1.2),
-            ["speed_dependent_pole static_offset telemetry_lag", "static_offset telemetry_lag"],
-            "none holds the answer and more"
-        );
-        assert!(tried_where(3.0).is_empty(), "nobody would name it");
     }
 
     #[test]
