@@ -119,6 +119,9 @@ fn catalogue(found: &Discovery, mark: &str) -> String {
             effects.join(" + "),
             if effects.len() == 1 { "it" } else { "them" }
         ),
+        LawVerdict::Catalogue if found.effects == found.diagnosis.effects => {
+            format!("The catalogue explains it as well: {}.", verdict::missing(&found.diagnosis, mark))
+        }
         LawVerdict::Catalogue => format!("The catalogue explains it as well: {}.", effects.join(" + ")),
         _ => verdict::sentence(&found.diagnosis, mark),
     }
@@ -331,6 +334,23 @@ mod tests {
         assert_eq!(
             said(&["transport_delay"]),
             format!("{begin} What is extended below has `transport_delay`, the best of the catalogue.")
+        );
+    }
+
+    #[test]
+    fn the_catalogue_is_no_surer_than_its_sets() {
+        let mut diagnosed = Diagnosis::of(Verdict::MissingEffect, &["gyro_lag", "gyro_bias"]);
+        diagnosed.alternatives.push(vec!["gyro_lag".to_owned(), "torque_bias".to_owned()]);
+        diagnosed.common_effects = vec!["gyro_lag".to_owned()];
+        let mut found = of_catalogue(diagnosed);
+        let begin = "No law is to be discovered. The catalogue explains it as well: ";
+        let said = format!("{begin}`gyro_lag`, and with it `gyro_bias` or another set that does as well.");
+        assert_eq!(headline(&found, "`"), said);
+        found.effects = vec!["torque_bias".to_owned()];
+        assert_eq!(
+            headline(&found, "`"),
+            format!("{begin}`torque_bias`."),
+            "what a formula was held against"
         );
     }
 }

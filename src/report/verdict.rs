@@ -35,12 +35,11 @@ pub(super) fn other_bench(diagnosis: &Diagnosis) -> &'static str {
 /// The answer in a sentence; names of effects between `mark`s.
 #[must_use]
 pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
-    let effects: Vec<String> = diagnosis.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
-    let effects = effects.join(" + ");
+    let effects = joined(diagnosis.effects.iter(), mark);
     let is_judged_on_fitted = is_judged_on_fitted(diagnosis);
     let error = if is_judged_on_fitted { "error" } else { "held-out error" };
     let answer = match diagnosis.verdict {
-        Verdict::MissingEffect => format!("The model is missing: {effects}."),
+        Verdict::MissingEffect => format!("The model is missing: {}.", missing(diagnosis, mark)),
         Verdict::Adequate => nothing_missing(&diagnosis.model, mark),
         Verdict::ParametersChanged => {
             "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
@@ -56,6 +55,30 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let answer =
         if is_judged_on_fitted { format!("Judged on a log that was fitted, too. {answer}") } else { answer };
     other_bench(diagnosis).to_owned() + &answer
+}
+
+/// Names of effects, each between `mark`s.
+fn joined<'a>(effects: impl Iterator<Item = &'a String>, mark: &str) -> String {
+    effects.map(|id| format!("{mark}{id}{mark}")).collect::<Vec<_>>().join(" + ")
+}
+
+/// What is missing: where other sets do as well, first what all of them have, for that is all that is sure.
+pub(super) fn missing(diagnosis: &Diagnosis, mark: &str) -> String {
+    let others = diagnosis.alternatives.len() + diagnosis.further_alternatives.len();
+    let as_well = match others {
+        0 => return joined(diagnosis.effects.iter(), mark),
+        1 => "another set that does as well",
+        _ => "one of several others that do as well",
+    };
+    let is_sure = |id: &&String| diagnosis.common_effects.contains(*id);
+    let sure = joined(diagnosis.effects.iter().filter(is_sure), mark);
+    let open = joined(diagnosis.effects.iter().filter(|id| !is_sure(id)), mark);
+    match (sure.is_empty(), open.is_empty()) {
+        (true, _) => format!("{open}, or {as_well}"),
+        (_, true) => format!("{sure}, or {as_well}"),
+        _ if sure.contains(" + ") => format!("{sure}, and with them {open} or {as_well}"),
+        _ => format!("{sure}, and with it {open} or {as_well}"),
+    }
 }
 
 /// The finding of a log that is fitted on and given as held out.
@@ -149,9 +172,13 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
         .collect()
 }
 
-/// What all the sets have that the data cannot tell apart, names of effects between `mark`s; `None` where there is one set, or nothing.
+/// What all the sets have that the data cannot tell apart, names of effects between `mark`s; `None` where there is one set, or nothing, and
+/// where the answer itself says it.
 #[must_use]
 pub fn common(diagnosis: &Diagnosis, mark: &str) -> Option<String> {
+    if diagnosis.verdict == Verdict::MissingEffect {
+        return None;
+    }
     let ids: Vec<String> = diagnosis.common_effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let (last, before) = ids.split_last().filter(|_| !diagnosis.alternatives.is_empty())?;
     let before = if before.is_empty() { String::new() } else { format!("{} and ", before.join(", ")) };
@@ -296,13 +323,51 @@ mod tests {
         said.further_alternatives = vec![vec!["ground_effect".to_owned()], vec!["gyro_bias".to_owned()]];
         assert_eq!(beneath(&said, "")[1..], ["Nor from ground_effect, or gyro_bias."]);
         said.common_effects = vec!["gyro_lag".to_owned(), "cable_stiffness".to_owned()];
+        assert_eq!(beneath(&said, "`").len(), 2, "the headline says it");
+        said.verdict = Verdict::Unknown;
         assert_eq!(
             beneath(&said, "`")[2..],
             ["All of these sets, the named one among them, have `gyro_lag` and `cable_stiffness`."]
         );
         said.alternatives.clear();
         said.further_alternatives.clear();
-        assert!(beneath(&said, "").is_empty(), "the headline says it");
+        assert!(beneath(&said, "").is_empty(), "there is one set");
+    }
+
+    #[test]
+    fn what_all_sets_have_comes_first_and_what_does_as_well_is_no_more_than_that() {
+        let mut said = Diagnosis::of(Verdict::MissingEffect, &["gyro_bias", "gyro_lag", "cable_stiffness"]);
+        let set = |ids: &[&str]| ids.iter().map(|id| (*id).to_owned()).collect::<Vec<_>>();
+        let headline = |said: &Diagnosis| sentence(said, "`");
+        assert_eq!(
+            headline(&said),
+            "The model is missing: `gyro_bias` + `gyro_lag` + `cable_stiffness`.",
+            "one set"
+        );
+        said.alternatives.push(set(&["gyro_lag", "cable_stiffness", "gyro_scale"]));
+        said.common_effects = set(&["gyro_lag", "cable_stiffness"]);
+        assert_eq!(
+            headline(&said),
+            "The model is missing: `gyro_lag` + `cable_stiffness`, and with them `gyro_bias` or another set that does as well."
+        );
+        said.further_alternatives.push(set(&["gyro_lag", "torque_bias"]));
+        said.common_effects = set(&["gyro_lag"]);
+        assert_eq!(
+            headline(&said),
+            "The model is missing: `gyro_lag`, and with it `gyro_bias` + `cable_stiffness` or one of several others that do as well."
+        );
+        said.common_effects.clear();
+        assert_eq!(
+            headline(&said),
+            "The model is missing: `gyro_bias` + `gyro_lag` + `cable_stiffness`, or one of several others that do as well."
+        );
+        said.effects = set(&["gyro_lag"]);
+        said.common_effects = set(&["gyro_lag"]);
+        assert_eq!(
+            headline(&said),
+            "The model is missing: `gyro_lag`, or one of several others that do as well.",
+            "all others have more"
+        );
     }
 
     #[test]

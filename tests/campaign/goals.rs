@@ -52,10 +52,10 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
             format!("{} | {all}", per_cent(is_there, all))
         };
         out.push_str(&format!(
-            "| three effects, elsewhere: of the named ones true ≥ 95 % | {} | |\n\
-             | three effects, elsewhere: of those named that every set has which it cannot tell from the answer true | {} | |\n",
-            share(&|case| case.named),
-            share(&|case| case.common)
+            "| three effects, elsewhere: of those that every set has, which is what the answer is sure of, true ≥ 95 % | {} | |\n\
+             | three effects, elsewhere: of all that it names true ≥ 95 % | {} | |\n",
+            share(&|case| case.common),
+            share(&|case| case.named)
         ));
         let further = wrong.iter().filter(|case| case.is_further).count();
         out.push_str(&format!(
