@@ -339,13 +339,7 @@ impl BlockData {
     #[must_use]
     pub fn thinned(&self, share: usize) -> Self {
         let runs = match &self.runs {
-            Runs::Rotor(runs) => {
-                let middle = runs.iter().map(|run| {
-                    let keep = (run.time.len() / share).max(2).min(run.time.len());
-                    run.cut((run.time.len() - keep) / 2, keep)
-                });
-                Runs::Rotor(middle.collect())
-            }
+            Runs::Rotor(runs) => Runs::Rotor(runs.iter().map(|run| run.middle(share)).collect()),
             Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
         };
         Self { sigma: self.sigma, propagated: self.propagated, ..Self::new(runs) }

@@ -106,9 +106,12 @@ pub fn run_promising(
     let mut scored: Vec<((usize, &Candidate), StartingPoints)> = all.into_iter().zip(scored).collect();
     scored.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     let mut taken = vec![0; groups.len()];
-    scored.retain(|((group, _), _)| {
+    // A law without numbers of its own, that of the battery, asks for other ones of the base, and a look is too short for that.
+    let has_no_numbers =
+        |candidate: &Candidate| candidate.effects.last().is_some_and(|effect| effect.parameters.is_empty());
+    scored.retain(|((group, candidate), _)| {
         taken[*group] += 1;
-        taken[*group] <= most
+        taken[*group] <= most || has_no_numbers(candidate)
     });
     let (candidates, scored): (Vec<&Candidate>, Vec<StartingPoints>) =
         scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).unzip();

@@ -90,13 +90,22 @@ impl Search<'_> {
 }
 
 /// Whether so many effects and more leave nearly as much as one less, far above the noise: there is something else, and what is found
-/// further on bends a curve to the data.
+/// further on bends a curve to the data. What is held out may hardly show what the data fitted on show well: both must be left.
 fn is_in_vain(split: &DataSplit, (refitted, fits): (&CandidateFit, &[CandidateFit]), effects: usize) -> bool {
-    let over = |effects: usize| least(split, fits, effects, 1).first().map(|best| over_floors(split, best));
-    let before = if effects == 1 { Some(over_floors(split, refitted)) } else { over(effects - 1) };
-    let now = (effects..=THRESHOLDS.most_effects).filter_map(over).reduce(f64::min);
-    let (Some(now), Some(before)) = (now, before) else { return false };
-    now > THRESHOLDS.hopeless_over_floor && now > THRESHOLDS.hopeless_left * before
+    let best = |effects: usize| least(split, fits, effects, 1).into_iter().next();
+    let before = if effects == 1 { Some(refitted.clone()) } else { best(effects - 1) };
+    let now: Vec<CandidateFit> = (effects..=THRESHOLDS.most_effects).filter_map(best).collect();
+    let smallest = |of: &dyn Fn(&CandidateFit) -> f64| now.iter().map(of).reduce(f64::min);
+    let over = |set: &CandidateFit| over_floors(split, set);
+    let (Some(before), Some(over_now), Some(loss_now)) =
+        (before, smallest(&over), smallest(&|set| loss(split, set)))
+    else {
+        return false;
+    };
+    let left = THRESHOLDS.hopeless_left;
+    over_now > THRESHOLDS.hopeless_over_floor
+        && over_now > left * over(&before)
+        && loss_now > left.powi(2) * loss(split, &before)
 }
 
 /// Training cost beyond which a set of so many effects is out of reach of the best known. The one that leaves least of what it was fitted
@@ -156,6 +165,9 @@ mod tests {
         assert!(is_in_vain(11.0, 10.0, 2) && !is_in_vain(11.0, 5.0, 2));
         assert!(!is_in_vain(2.2, 2.0, 2), "two of three leave as little");
         assert!(!super::is_in_vain(&split, (&base, &[]), 1), "none is known");
+        // Steps of the log that is fitted on, and next to none of that held out: there a delay does nothing.
+        let shown = CandidateFit { held_out: left(11.0).fit, ..set(&["a"], 2.0) };
+        assert!(!super::is_in_vain(&split, (&base, &[shown]), 1), "of what it was fitted on it explains all");
     }
 
     #[test]

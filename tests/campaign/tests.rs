@@ -406,6 +406,20 @@ mod at_length {
         }
     }
 
+    /// A limit on large steps, of which the middle of the log has none; one whose runs must not begin on a step; and two that the held-out
+    /// log hardly shows.
+    #[test]
+    fn three_effects_that_a_part_of_the_data_hardly_shows_are_found() {
+        for (ids, seed) in [
+            (["battery_scaling", "motor_heating", "slew_rate_limit"], 42_718_991_156_633),
+            (["command_quantization", "slew_rate_limit", "speed_dependent_pole"], 42_718_991_156_615),
+            (["battery_scaling", "static_offset", "transport_delay"], 15_590_309_770_853),
+            (["asymmetric_pole", "quadratic_rotor_drag", "speed_dependent_pole"], 50_913_529_740_145),
+        ] {
+            assert_eq!(found_of_three(Kind::Actuator, ids, seed), ids);
+        }
+    }
+
     /// Two of them gain little alone; cable and floor do the same near the level, and the way over the floor ends elsewhere.
     #[test]
     fn three_effects_of_a_body_are_found() {
