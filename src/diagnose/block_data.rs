@@ -335,11 +335,11 @@ impl BlockData {
         Self { sigma: self.sigma, ..Self::new(Runs::Rotor(thinned)) }
     }
 
-    /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.
+    /// One sample in `share`: a piece near the middle of each rotor's run, every so many windows of the body.
     #[must_use]
     pub fn thinned(&self, share: usize) -> Self {
         let runs = match &self.runs {
-            Runs::Rotor(runs) => Runs::Rotor(runs.iter().map(|run| run.middle(share)).collect()),
+            Runs::Rotor(runs) => Runs::Rotor(runs.iter().map(|run| run.near_middle(share)).collect()),
             Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
         };
         Self { sigma: self.sigma, propagated: self.propagated, ..Self::new(runs) }

@@ -162,7 +162,7 @@ impl Candidate<'_> {
 
     /// Fits from the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
     /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it looks
-    /// promising: their part is the middle of a run, where what drifts looks different. (Of very many it is two long pieces.)
+    /// promising: their part is a piece of a run, where what drifts looks different. (Of very many it is two long pieces.)
     #[must_use]
     pub fn fit_briefly(
         &self,

@@ -106,9 +106,12 @@ pub fn run_promising(
     let mut scored: Vec<((usize, &Candidate), StartingPoints)> = all.into_iter().zip(scored).collect();
     scored.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     let mut taken = vec![0; groups.len()];
-    // A law without numbers of its own, that of the battery, asks for other ones of the base, and a look is too short for that.
-    let has_no_numbers =
-        |candidate: &Candidate| candidate.effects.last().is_some_and(|effect| effect.parameters.is_empty());
+    // The law of the battery has no numbers of its own. It changes which numbers of the base fit best, and a first look is too short to
+    // find them.
+    let has_no_numbers = |candidate: &Candidate| {
+        let card = candidate.effects.last().and_then(|effect| effect.card);
+        card.is_some_and(|card| card.parameters.is_empty())
+    };
     scored.retain(|((group, candidate), _)| {
         taken[*group] += 1;
         taken[*group] <= most || has_no_numbers(candidate)
@@ -164,5 +167,24 @@ mod tests {
             );
             assert_eq!(fits.len(), fitted, "{share} of what it leaves");
         }
+    }
+
+    #[test]
+    fn a_law_without_numbers_is_left_out_by_no_first_look() {
+        let (model, split) = (Model::paper(), split());
+        let known = model.known_effects().expect("the catalogue");
+        let with = |id: &str| Candidate {
+            from: &model,
+            nominal: &model,
+            effects: known.iter().filter(|effect| effect.id == id).collect(),
+            base: Vec::new(),
+            known: &known,
+            without: None,
+        };
+        let group = ["transport_delay", "battery_scaling"].map(with).to_vec();
+        let finalists = Finalists::of((0, 2));
+        let looks = &mut LookCache::default();
+        let fits = run_promising(&[group], finalists, (&split, looks), &|_: SearchEvent| ());
+        assert_eq!(fits.iter().map(|fitted| &fitted.effects[..]).collect::<Vec<_>>(), [["battery_scaling"]]);
     }
 }

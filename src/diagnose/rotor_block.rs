@@ -84,23 +84,25 @@ impl RotorRun {
         }
     }
 
-    /// One sample in `share` in one piece: as near to the middle as it begins where the command has rested for as long as most levels are held;
-    /// the very middle where it never rests. Behind a beginning on the way to a level a limit on steps looks like none.
-    pub(crate) fn middle(&self, share: usize) -> Self {
+    /// One sample in `share`, in one piece that begins with a reading at the end of a level held for as long as most are, the one nearest the
+    /// middle; in the middle itself where none is near. A piece that begins while the rotor still moves hides a slew limit.
+    pub(crate) fn near_middle(&self, share: usize) -> Self {
         let all = self.time.len();
         let keep = (all / share).max(2).min(all);
         let (last, middle) = (all - keep, (all - keep) / 2);
-        let mut rests: Vec<Range<usize>> = Vec::new();
+        let mut levels: Vec<Range<usize>> = Vec::new();
         for level in self.command.chunk_by(|one, next| one == next) {
-            let from = rests.last().map_or(0, |rest| rest.end);
-            rests.push(from..from + level.len());
+            let from = levels.last().map_or(0, |before| before.end);
+            levels.push(from..from + level.len());
         }
-        let mut lengths: Vec<usize> = rests.iter().map(Range::len).collect();
+        let mut lengths: Vec<usize> = levels.iter().map(Range::len).collect();
         lengths.sort_unstable();
-        let long = lengths.get(lengths.len() / 2).copied().unwrap_or(0).max(2);
-        let ends = rests.iter().filter(|rest| rest.len() >= long).map(|rest| rest.end - 1);
+        let long_enough = lengths.get(lengths.len() / 2).copied().unwrap_or(0).max(2);
+        let is_read = |row: &usize| self.counts[*row] && self.measured[*row].is_finite();
+        let of_level = |level: &Range<usize>| level.clone().rev().find(is_read);
+        let ends = levels.iter().filter(|level| level.len() >= long_enough).filter_map(of_level);
         let begin = ends.filter(|end| *end <= last).min_by_key(|end| end.abs_diff(middle));
-        self.cut(begin.unwrap_or(middle), keep)
+        self.cut(begin.filter(|end| end.abs_diff(middle) <= keep).unwrap_or(middle), keep)
     }
 
     /// Of each level the first part, in which the rotor goes there, and of the readings behind that one in so many; `rows` are still those
@@ -319,22 +321,30 @@ mod tests {
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
     }
 
-    /// A third of 900 rows begins at the end of a level as long as most; of a command that never rests in the middle.
+    /// A third of 900 rows begins at the end of a level as long as most; of a command that is never held in the middle.
     #[test]
-    fn the_middle_begins_at_rest() {
-        let begins = |command: &dyn Fn(usize) -> f64| {
+    fn a_part_near_the_middle_begins_at_rest() {
+        let begins = |command: &dyn Fn(usize) -> f64, is_read: &dyn Fn(usize) -> bool| {
             let mut run = rotor_runs(&[log(900, &[], 900).into()]).remove(0);
             run.command = (0..900).map(command).collect();
-            let middle = run.middle(3);
-            assert_eq!(middle.time.len(), 300);
-            middle.rows.start
+            run.counts = (0..900).map(is_read).collect();
+            let part = run.near_middle(3);
+            assert_eq!(part.time.len(), 300);
+            part.rows.start
         };
         let levels = |row: usize| 0.5 + 0.01 * (row / 40 % 2) as f64;
-        assert_eq!(begins(&levels), 319);
-        // Neither part of a level that a short one cuts is as long as most.
-        assert_eq!(begins(&|row| if (300..303).contains(&row) { 0.8 } else { levels(row) }), 279);
-        assert_eq!(begins(&|row| 0.5 + 0.1 * (row as f64 / 20.0).sin()), 300);
-        assert_eq!(begins(&|_| 0.5), 300, "its only level ends too late");
+        assert_eq!(begins(&levels, &|_| true), 319);
+        // A level that a short one cuts in two is two short ones.
+        let cut = |row: usize| if (300..303).contains(&row) { 0.8 } else { levels(row) };
+        assert_eq!(begins(&cut, &|_| true), 279);
+        assert_eq!(begins(&levels, &|row| row % 10 == 4), 314, "the last reading before the step");
+        assert_eq!(begins(&levels, &|row| row < 250), 249, "behind it nothing counts");
+        assert_eq!(begins(&|row| 0.5 + 0.1 * (row as f64 / 20.0).sin(), &|_| true), 300);
+        assert_eq!(begins(&|_| 0.5, &|_| true), 300, "its only level ends too late");
+        // Nine rows at rest, and a long ramp.
+        let mut run = rotor_runs(&[log(900, &[], 900).into()]).remove(0);
+        run.command = (0..900).map(|row: usize| 0.5 + 1e-4 * row.saturating_sub(8) as f64).collect();
+        assert_eq!(run.near_middle(9).rows, 400..500, "too far away");
     }
 
     /// Of ten levels of a hundred rows, of which every second one has a reading: the first 25, and every sixteenth behind them.

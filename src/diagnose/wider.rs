@@ -90,7 +90,8 @@ impl Search<'_> {
 }
 
 /// Whether so many effects and more leave nearly as much as one less, far above the noise: there is something else, and what is found
-/// further on bends a curve to the data. What is held out may hardly show what the data fitted on show well: both must be left.
+/// further on bends a curve to the data. The larger error over its noise and the squares of all data must both be nearly as large as before: of
+/// two logs one may hardly show what the other shows well.
 fn is_in_vain(split: &DataSplit, (refitted, fits): (&CandidateFit, &[CandidateFit]), effects: usize) -> bool {
     let best = |effects: usize| least(split, fits, effects, 1).into_iter().next();
     let before = if effects == 1 { Some(refitted.clone()) } else { best(effects - 1) };
@@ -167,7 +168,10 @@ mod tests {
         assert!(!super::is_in_vain(&split, (&base, &[]), 1), "none is known");
         // Steps of the log that is fitted on, and next to none of that held out: there a delay does nothing.
         let shown = CandidateFit { held_out: left(11.0).fit, ..set(&["a"], 2.0) };
-        assert!(!super::is_in_vain(&split, (&base, &[shown]), 1), "of what it was fitted on it explains all");
+        assert!(
+            !super::is_in_vain(&split, (&base, &[shown]), 1),
+            "of what it was fitted on it explains nearly all"
+        );
     }
 
     #[test]

@@ -156,7 +156,7 @@ pub fn lesson_text(diagnosis: &Diagnosis, hidden: &str) -> String {
     let mut lines = vec![format!("hidden in the emulator: {hidden}")];
     lines.push(match diagnosis.verdict {
         Verdict::MissingEffect => {
-            format!("found missing: {}{}", diagnosis.effects.join(", "), alternatives(diagnosis))
+            format!("found missing: {}{}", super::verdict::missing(diagnosis, ""), alternatives(diagnosis))
         }
         _ => super::verdict::sentence(diagnosis, ""),
     });

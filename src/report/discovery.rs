@@ -155,6 +155,9 @@ fn experiment(next: &TellApart) -> String {
 pub fn beneath(found: &Discovery) -> Vec<String> {
     let unit = found.error.unit;
     let mut lines: Vec<String> = Vec::new();
+    if found.verdict == LawVerdict::Catalogue && found.effects == found.diagnosis.effects {
+        lines.extend(verdict::beneath(&found.diagnosis, ""));
+    }
     if !found.alternatives.is_empty() {
         lines.push("These data cannot tell it from:".to_owned());
         lines.extend(found.alternatives.iter().take(SHOWN).map(|it| format!("  {}", other(it, unit))));
@@ -344,8 +347,14 @@ mod tests {
         diagnosed.common_effects = vec!["gyro_lag".to_owned()];
         let mut found = of_catalogue(diagnosed);
         let begin = "No law is to be discovered. The catalogue explains it as well: ";
-        let said = format!("{begin}`gyro_lag`, and with it `gyro_bias` or another set that does as well.");
+        let said =
+            format!("{begin}`gyro_lag`, and beside it `gyro_bias` or something else that does as well.");
         assert_eq!(headline(&found, "`"), said);
+        found.diagnosis.alternative_errors = vec![(0.1, "rad/s")];
+        assert_eq!(
+            beneath(&found),
+            ["These data cannot tell it from gyro_lag + torque_bias (held out 0.100 rad/s)."]
+        );
         found.effects = vec!["torque_bias".to_owned()];
         assert_eq!(
             headline(&found, "`"),

@@ -31,7 +31,9 @@ pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str, detail: D
     out.push('\n');
     out += &table(found).text();
     for of in &found.rotors {
-        let said = beneath(&of.diagnosis, "").into_iter();
+        // No sentence of its own says it.
+        let common = verdict::common(&of.diagnosis, "").filter(|_| verdict::says_common(&of.diagnosis));
+        let said = beneath(&of.diagnosis, "").into_iter().chain(common);
         out += &said.map(|line| wrapped("", &format!("Rotor {}: {line}", of.rotor))).collect::<String>();
     }
     out.push('\n');

@@ -64,20 +64,22 @@ fn joined<'a>(effects: impl Iterator<Item = &'a String>, mark: &str) -> String {
 
 /// What is missing: where other sets do as well, first what all of them have, for that is all that is sure.
 pub(super) fn missing(diagnosis: &Diagnosis, mark: &str) -> String {
-    let others = diagnosis.alternatives.len() + diagnosis.further_alternatives.len();
-    let as_well = match others {
-        0 => return joined(diagnosis.effects.iter(), mark),
-        1 => "another set that does as well",
-        _ => "one of several others that do as well",
-    };
+    if diagnosis.alternatives.is_empty() && diagnosis.further_alternatives.is_empty() {
+        return joined(diagnosis.effects.iter(), mark);
+    }
     let is_sure = |id: &&String| diagnosis.common_effects.contains(*id);
     let sure = joined(diagnosis.effects.iter().filter(is_sure), mark);
     let open = joined(diagnosis.effects.iter().filter(|id| !is_sure(id)), mark);
+    let others = diagnosis.alternatives.iter().chain(&diagnosis.further_alternatives);
+    let sizes: Vec<usize> = others.map(Vec::len).collect();
+    let sure_alone = sizes.iter().filter(|size| **size == diagnosis.common_effects.len()).count();
+    let as_well = if sure_alone < sizes.len() { " or something else that does as well" } else { "" };
+    let them = if diagnosis.common_effects.len() > 1 { "them" } else { "it" };
     match (sure.is_empty(), open.is_empty()) {
-        (true, _) => format!("{open}, or {as_well}"),
-        (_, true) => format!("{sure}, or {as_well}"),
-        _ if sure.contains(" + ") => format!("{sure}, and with them {open} or {as_well}"),
-        _ => format!("{sure}, and with it {open} or {as_well}"),
+        (true, _) => format!("{open},{as_well}"),
+        (_, true) => format!("{sure}, alone or with something else"),
+        _ if sure_alone > 0 => format!("{sure}, and perhaps {open}{as_well} beside {them}"),
+        _ => format!("{sure}, and beside {them} {open}{as_well}"),
     }
 }
 
@@ -168,21 +170,23 @@ pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
         .chain(whose_delay)
         .chain(others)
         .chain(further)
-        .chain(common(diagnosis, mark))
+        .chain(common(diagnosis, mark).filter(|_| !says_common(diagnosis)))
         .collect()
 }
 
-/// What all the sets have that the data cannot tell apart, names of effects between `mark`s; `None` where there is one set, or nothing, and
-/// where the answer itself says it.
+/// What all the sets have that the data cannot tell apart, names of effects between `mark`s; `None` where there is one set, or nothing.
 #[must_use]
 pub fn common(diagnosis: &Diagnosis, mark: &str) -> Option<String> {
-    if diagnosis.verdict == Verdict::MissingEffect {
-        return None;
-    }
     let ids: Vec<String> = diagnosis.common_effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let (last, before) = ids.split_last().filter(|_| !diagnosis.alternatives.is_empty())?;
     let before = if before.is_empty() { String::new() } else { format!("{} and ", before.join(", ")) };
     Some(format!("All of these sets, the named one among them, have {before}{last}."))
+}
+
+/// Whether the answer in a sentence says what all sets have.
+#[must_use]
+pub fn says_common(diagnosis: &Diagnosis) -> bool {
+    diagnosis.verdict == Verdict::MissingEffect
 }
 
 /// What a named effect is said to be, as the first log says that says it.
@@ -346,28 +350,32 @@ mod tests {
         );
         said.alternatives.push(set(&["gyro_lag", "cable_stiffness", "gyro_scale"]));
         said.common_effects = set(&["gyro_lag", "cable_stiffness"]);
+        let begin = "The model is missing: `gyro_lag` + `cable_stiffness`, and";
         assert_eq!(
             headline(&said),
-            "The model is missing: `gyro_lag` + `cable_stiffness`, and with them `gyro_bias` or another set that does as well."
+            format!("{begin} beside them `gyro_bias` or something else that does as well.")
         );
-        said.further_alternatives.push(set(&["gyro_lag", "torque_bias"]));
+        said.further_alternatives.push(set(&["gyro_lag", "cable_stiffness"]));
+        assert_eq!(
+            headline(&said),
+            format!("{begin} perhaps `gyro_bias` or something else that does as well beside them.")
+        );
+        said.alternatives.clear();
+        assert_eq!(headline(&said), format!("{begin} perhaps `gyro_bias` beside them."));
+        said.alternatives.push(set(&["gyro_lag", "torque_bias"]));
         said.common_effects = set(&["gyro_lag"]);
         assert_eq!(
             headline(&said),
-            "The model is missing: `gyro_lag`, and with it `gyro_bias` + `cable_stiffness` or one of several others that do as well."
+            "The model is missing: `gyro_lag`, and beside it `gyro_bias` + `cable_stiffness` or something else that does as well."
         );
         said.common_effects.clear();
         assert_eq!(
             headline(&said),
-            "The model is missing: `gyro_bias` + `gyro_lag` + `cable_stiffness`, or one of several others that do as well."
+            "The model is missing: `gyro_bias` + `gyro_lag` + `cable_stiffness`, or something else that does as well."
         );
         said.effects = set(&["gyro_lag"]);
         said.common_effects = set(&["gyro_lag"]);
-        assert_eq!(
-            headline(&said),
-            "The model is missing: `gyro_lag`, or one of several others that do as well.",
-            "all others have more"
-        );
+        assert_eq!(headline(&said), "The model is missing: `gyro_lag`, alone or with something else.");
     }
 
     #[test]

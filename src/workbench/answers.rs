@@ -22,7 +22,7 @@ pub(super) fn of_diagnosis(it: &Diagnosis, next: &[NextStep]) -> Value {
         "is_of_other_bench": verdict::is_of_other_bench(it),
         "effects": it.effects,
         "alternatives": it.alternatives.iter().chain(&it.further_alternatives).collect::<Vec<_>>(),
-        "common": verdict::common(it, ""),
+        "common": verdict::common(it, "").filter(|_| !verdict::says_common(it)),
         "error": it.error,
         "unit": it.error.unit,
         "candidates": it.candidates.iter().map(candidate).collect::<Vec<_>>(),

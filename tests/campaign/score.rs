@@ -52,7 +52,7 @@ pub struct Judged {
     pub seconds: f64,
     /// Of the effects that the answer names how many are there, and how many it names.
     pub named: (usize, usize),
-    /// The same of those that every set has which the answer cannot tell from the one it names.
+    /// The same of those that every set has which an answer that is sure of any cannot tell from the one it names.
     pub common: (usize, usize),
     /// The right set is among those listed after the alternatives that may count.
     pub is_further: bool,
@@ -124,7 +124,9 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
             judged.said = said(json);
             let true_of = |ids: &[String]| (ids.iter().filter(|id| wanted.contains(id)).count(), ids.len());
             judged.named = true_of(&set_of(&json["effects"]));
-            judged.common = true_of(&set_of(&json["common_effects"]));
+            if json["verdict"] == "missing_effect" {
+                judged.common = true_of(&set_of(&json["common_effects"]));
+            }
             let mut further = json["further_alternatives"].as_array().into_iter().flatten();
             judged.is_further = further.any(|set| set_of(set) == wanted);
             let ways = ways(&wanted, answer.identified.as_ref());
