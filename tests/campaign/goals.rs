@@ -46,21 +46,18 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
     let three: Vec<&Judged> = of(&|truth| effects(truth) == 3);
     let wrong: Vec<&Judged> = three.iter().filter(|case| !case.mark.is_right()).copied().collect();
     if !three.is_empty() {
-        let share = |of: &dyn Fn(&Judged) -> (usize, usize)| {
-            let (is_there, all) =
-                wrong.iter().fold((0, 0), |sum, case| (sum.0 + of(case).0, sum.1 + of(case).1));
-            format!("{} | {all}", per_cent(is_there, all))
+        let sum = |of: &dyn Fn(&Judged) -> (usize, usize)| {
+            wrong.iter().fold((0, 0), |sum, case| (sum.0 + of(case).0, sum.1 + of(case).1))
         };
-        let (sure, all) =
-            wrong.iter().fold((0, 0), |sum, case| (sum.0 + case.common.0, sum.1 + case.common.1));
-        let reached = sure as f64 >= 0.95 * all as f64;
+        let ((is_true, named), (is_sure, sure)) = (sum(&|case| case.named), sum(&|case| case.common));
+        let reached = is_true as f64 >= 0.95 * named as f64;
         all_reached &= reached;
+        let verdict = if reached { "yes" } else { "**no**" };
         out.push_str(&format!(
-            "| three effects, elsewhere: of those that every set has, which is what the answer is sure of, true ≥ 95 % | {} | {all} | {} |\n\
-             | three effects, elsewhere: of all that it names true | {} | |\n",
-            per_cent(sure, all),
-            if reached { "yes" } else { "**no**" },
-            share(&|case| case.named)
+            "| three effects, elsewhere: of the named ones true ≥ 95 % | {} | {named} | {verdict} |\n\
+             | three effects, elsewhere: of those that every set has, which the answer is sure of, true | {} | {sure} | |\n",
+            per_cent(is_true, named),
+            per_cent(is_sure, sure)
         ));
         let further = wrong.iter().filter(|case| case.is_further).count();
         out.push_str(&format!(
