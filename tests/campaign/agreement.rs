@@ -137,42 +137,48 @@ fn plant_and_model_agree_on_every_law() {
     assert!(wrong.is_empty(), "plant and model differ:\n{}", wrong.join("\n"));
 }
 
-/// In whatever order two effects of a rotor were added to the model: what each acts on is what the other left of it.
-#[test]
-fn plant_and_model_agree_on_pairs_of_a_rotor_in_either_order() {
-    // Whether an ESC rounds a command before or behind its dead zone is each ESC's own, and so is the order of adding.
-    let is_each_own = |one: &Entry, other: &Entry| {
-        let is = |id: &str| one.id == id || other.id == id;
-        is("command_dead_zone") && is("command_quantization")
-    };
-    let entries: Vec<&Entry> = ENTRIES.iter().filter(|entry| entry.shows_on(Kind::Actuator)).collect();
-    let (mut wrong, mut asked) = (Vec::new(), 0);
-    for (at, one) in entries.iter().enumerate() {
-        for other in entries[at + 1..].iter().filter(|other| !is_each_own(one, other)) {
-            let mut rng = ChaCha8Rng::seed_from_u64(29);
-            let mut hidden = Hidden::nothing();
-            let [first, second] = [one, other].map(|entry| {
-                let values: Vec<f64> = entry.parameters.iter().map(|(_, draw)| draw.take(&mut rng)).collect();
-                (entry.hide)(&mut hidden, &values);
-                values
-            });
-            let Some(truth) = actuator(&Base::PAPER, &hidden, &mut rng, false) else { continue };
-            asked += 1;
-            let models = [
-                with(with(Model::paper(), one, &first), other, &second),
-                with(with(Model::paper(), other, &second), one, &first),
-            ];
-            for model in models {
-                let apart = rotor_apart(&model, &truth, 0);
-                // The two integrators, and how a lag of the reading begins, which no log says: up to 0.08. A lag ahead of a slew limit
-                // is 2.9 apart.
-                if apart > 0.1 {
-                    let ids: Vec<&str> = model.effects.iter().map(|added| added.id.as_str()).collect();
-                    wrong.push(format!("{ids:?}: {apart:.2} of the noise"));
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    /// In whatever order two effects of a rotor were added to the model: what each acts on is what the other left of it.
+    #[test]
+    fn plant_and_model_agree_on_pairs_of_a_rotor_in_either_order() {
+        // Whether an ESC rounds a command before or behind its dead zone is each ESC's own, and so is the order of adding.
+        let is_each_own = |one: &Entry, other: &Entry| {
+            let is = |id: &str| one.id == id || other.id == id;
+            is("command_dead_zone") && is("command_quantization")
+        };
+        let entries: Vec<&Entry> = ENTRIES.iter().filter(|entry| entry.shows_on(Kind::Actuator)).collect();
+        let (mut wrong, mut asked) = (Vec::new(), 0);
+        for (at, one) in entries.iter().enumerate() {
+            for other in entries[at + 1..].iter().filter(|other| !is_each_own(one, other)) {
+                let mut rng = ChaCha8Rng::seed_from_u64(29);
+                let mut hidden = Hidden::nothing();
+                let [first, second] = [one, other].map(|entry| {
+                    let values: Vec<f64> =
+                        entry.parameters.iter().map(|(_, draw)| draw.take(&mut rng)).collect();
+                    (entry.hide)(&mut hidden, &values);
+                    values
+                });
+                let Some(truth) = actuator(&Base::PAPER, &hidden, &mut rng, false) else { continue };
+                asked += 1;
+                let models = [
+                    with(with(Model::paper(), one, &first), other, &second),
+                    with(with(Model::paper(), other, &second), one, &first),
+                ];
+                for model in models {
+                    let apart = rotor_apart(&model, &truth, 0);
+                    // The two integrators, and how a lag of the reading begins, which no log says: up to 0.08. A lag ahead of a slew limit
+                    // is 2.9 apart.
+                    if apart > 0.1 {
+                        let ids: Vec<&str> = model.effects.iter().map(|added| added.id.as_str()).collect();
+                        wrong.push(format!("{ids:?}: {apart:.2} of the noise"));
+                    }
                 }
             }
         }
+        assert!(wrong.is_empty(), "plant and model differ:\n{}", wrong.join("\n"));
+        assert!(asked > 60, "{asked}");
     }
-    assert!(wrong.is_empty(), "plant and model differ:\n{}", wrong.join("\n"));
-    assert!(asked > 60, "{asked}");
 }

@@ -69,12 +69,6 @@ fn of_readings_that_repeat(delay: f64) {
     }
 }
 
-/// One row in 200 of rates that are none: with 5000 rad/s in them p came out as 5, with half of the speed k_V was lost.
-#[test]
-fn outliers_do_not_move_what_is_identified_of_a_late_rotor() {
-    of_outliers(0.03);
-}
-
 fn of_outliers(delay: f64) {
     type Wrong = fn(f64) -> f64;
     let wrong: [(&str, Wrong); 3] =
@@ -98,6 +92,12 @@ fn of_outliers(delay: f64) {
 /// `tools/test --all` runs them.
 mod at_length {
     use super::*;
+
+    /// One row in 200 of rates that are none: with 5000 rad/s in them p came out as 5, with half of the speed k_V was lost.
+    #[test]
+    fn outliers_do_not_move_what_is_identified_of_a_late_rotor() {
+        of_outliers(0.03);
+    }
 
     /// With every second reading repeated a rotor seemed to have a dead time of 11 ms, with two of three as slow as 9 rad/s.
     #[test]

@@ -151,34 +151,6 @@ fn alone(name: &str, number: usize, rotor: Rotor, command: &dyn Fn(f64) -> f64) 
     log
 }
 
-/// A pole between both, with an error that is none, and nothing said.
-#[test]
-fn a_rotor_mismatch_between_two_logs_is_found() {
-    let slow = Rotor { pole: 14.5, ..PAPER };
-    let more = Rotor { linear: 1.02 * C_G2, ..PAPER };
-    for (rotor, number, differs) in [
-        (PAPER, 2, None),
-        (PAPER, 1, None),
-        (slow, 2, Some("poles_rad_s")),
-        (slow, 1, Some("poles_rad_s")),
-        (more, 2, Some("rates_rad_s")),
-    ] {
-        let logs = [alone("one.csv", 1, PAPER, &exciting), alone("two.csv", number, rotor, &other)];
-        let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-        let found = identify(&screened(&logs), &[], &settings).expect("identified").findings;
-        let Some(differs) = differs else {
-            assert_eq!(found, []);
-            continue;
-        };
-        assert_eq!(found[0].code, "rotor_mismatch_between_logs", "{found:?}");
-        assert_eq!(
-            found[0].texts("names"),
-            ["one.csv, rotor 1".to_owned(), format!("two.csv, rotor {number}")]
-        );
-        assert_eq!(found[0].numbers(differs).len(), 2, "{found:?}");
-    }
-}
-
 /// Bits of 40 ms; the hash of `exciting` for slots of 0.1 s.
 fn quick(t: f64) -> f64 {
     exciting(2.5 * t)
@@ -295,6 +267,34 @@ fn a_time_in_milliseconds_is_refused_and_a_slow_telemetry_is_not() {
 /// `tools/test --all` runs it.
 mod at_length {
     use super::*;
+
+    /// A pole between both, with an error that is none, and nothing said.
+    #[test]
+    fn a_rotor_mismatch_between_two_logs_is_found() {
+        let slow = Rotor { pole: 14.5, ..PAPER };
+        let more = Rotor { linear: 1.02 * C_G2, ..PAPER };
+        for (rotor, number, differs) in [
+            (PAPER, 2, None),
+            (PAPER, 1, None),
+            (slow, 2, Some("poles_rad_s")),
+            (slow, 1, Some("poles_rad_s")),
+            (more, 2, Some("rates_rad_s")),
+        ] {
+            let logs = [alone("one.csv", 1, PAPER, &exciting), alone("two.csv", number, rotor, &other)];
+            let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+            let found = identify(&screened(&logs), &[], &settings).expect("identified").findings;
+            let Some(differs) = differs else {
+                assert_eq!(found, []);
+                continue;
+            };
+            assert_eq!(found[0].code, "rotor_mismatch_between_logs", "{found:?}");
+            assert_eq!(
+                found[0].texts("names"),
+                ["one.csv, rotor 1".to_owned(), format!("two.csv, rotor {number}")]
+            );
+            assert_eq!(found[0].numbers(differs).len(), 2, "{found:?}");
+        }
+    }
 
     #[test]
     fn a_rotor_mismatch_is_found_whatever_the_commands() {

@@ -280,28 +280,6 @@ fn one_level_that_shows_nothing_gives_no_model() {
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
 }
 
-/// What was said of this bench's battery is not the template's.
-#[test]
-fn a_full_voltage_that_cannot_be_is_said_to_be_the_one_that_was_given() {
-    let log = moving(exciting, 3000);
-    for (volts, given, code) in [
-        (5.0, true, "battery_above_full_voltage"),
-        (5.0, false, "battery_above_full_voltage"),
-        (25.2, true, "battery_below_full_voltage"),
-        (25.2, false, "battery_below_full_voltage"),
-    ] {
-        let mut settings = IdentifySettings { full_voltage_given: given, ..quadratic() };
-        settings.template.actuator.full_voltage = volts;
-        let found = found(&log, &settings);
-        let it = finding(&found, code).unwrap_or_else(|| panic!("{code}: {:?}", found.findings));
-        let from = if given { "option" } else { "template" };
-        assert_eq!((it.number("full_voltage_v"), it.text("full_voltage_from")), (volts, from));
-        if volts == 5.0 {
-            assert_eq!(it.number("voltage_v"), 12.4);
-        }
-    }
-}
-
 /// Two numbers for k_V: first the one that the model has.
 #[test]
 fn the_k_v_in_the_model_stands_first() {
@@ -341,25 +319,6 @@ fn a_fit_that_explains_little_is_found() {
     let mixed = with(&log, RATE, |row, rate| if row % 300 < 90 { rates[(row + 777) % 3000] } else { rate });
     let found = found(&mixed, &quadratic());
     assert!(finding(&found, "rates_unexplained").is_some(), "{:?}", found.findings);
-}
-
-/// A straight line through a bent curve leaves little of all steps, and is off at each level; the bent one is not.
-#[test]
-fn levels_that_the_model_misses_are_found() {
-    let stairs = |t: f64| 0.25 + 0.1 * f64::from((t / 3.0) as u32 % 5);
-    let log = moving(stairs, 6000);
-    let bent = with(&log, RATE, |_, rate| 600.0 * (rate / 600.0).powf(0.75));
-    let straight = IdentifySettings { degree: Some(1), ..IdentifySettings::default() };
-    let missing = found(&bent, &straight);
-    let missed = finding(&missing, "levels_missed").expect("found").clone();
-    assert!((missed.number("command") - 0.25).abs() < 1e-9, "{missed}");
-    let share = missed.number("modelled_rad_s") / missed.number("measured_rad_s");
-    assert!((0.8..0.95).contains(&share), "a line from 0 lies below: {missed}");
-    for good in
-        [found(&log, &quadratic()), found(&bent, &IdentifySettings { degree: Some(4), ..quadratic() })]
-    {
-        assert!(finding(&good, "levels_missed").is_none(), "{:?}", good.findings);
-    }
 }
 
 /// The same on ramps, which step nowhere: it stands above all numbers, and not over a level, whose rate is all noise.
@@ -405,4 +364,50 @@ fn a_voltage_that_cannot_be_is_found_or_left_out() {
     let gap = finding(&empty, "battery_reading_gap").expect("nothing was read");
     assert_eq!(["from_s", "to_s"].map(|name| gap.number(name).round()), [20.0, 56.0], "{gap:?}");
     assert!(finding(&empty, "battery_reading_frozen").is_none(), "{:?}", empty.findings);
+}
+
+/// `tools/test --all` runs it.
+mod at_length {
+    use super::*;
+
+    /// What was said of this bench's battery is not the template's.
+    #[test]
+    fn a_full_voltage_that_cannot_be_is_said_to_be_the_one_that_was_given() {
+        let log = moving(exciting, 3000);
+        for (volts, given, code) in [
+            (5.0, true, "battery_above_full_voltage"),
+            (5.0, false, "battery_above_full_voltage"),
+            (25.2, true, "battery_below_full_voltage"),
+            (25.2, false, "battery_below_full_voltage"),
+        ] {
+            let mut settings = IdentifySettings { full_voltage_given: given, ..quadratic() };
+            settings.template.actuator.full_voltage = volts;
+            let found = found(&log, &settings);
+            let it = finding(&found, code).unwrap_or_else(|| panic!("{code}: {:?}", found.findings));
+            let from = if given { "option" } else { "template" };
+            assert_eq!((it.number("full_voltage_v"), it.text("full_voltage_from")), (volts, from));
+            if volts == 5.0 {
+                assert_eq!(it.number("voltage_v"), 12.4);
+            }
+        }
+    }
+
+    /// A straight line through a bent curve leaves little of all steps, and is off at each level; the bent one is not.
+    #[test]
+    fn levels_that_the_model_misses_are_found() {
+        let stairs = |t: f64| 0.25 + 0.1 * f64::from((t / 3.0) as u32 % 5);
+        let log = moving(stairs, 6000);
+        let bent = with(&log, RATE, |_, rate| 600.0 * (rate / 600.0).powf(0.75));
+        let straight = IdentifySettings { degree: Some(1), ..IdentifySettings::default() };
+        let missing = found(&bent, &straight);
+        let missed = finding(&missing, "levels_missed").expect("found").clone();
+        assert!((missed.number("command") - 0.25).abs() < 1e-9, "{missed}");
+        let share = missed.number("modelled_rad_s") / missed.number("measured_rad_s");
+        assert!((0.8..0.95).contains(&share), "a line from 0 lies below: {missed}");
+        for good in
+            [found(&log, &quadratic()), found(&bent, &IdentifySettings { degree: Some(4), ..quadratic() })]
+        {
+            assert!(finding(&good, "levels_missed").is_none(), "{:?}", good.findings);
+        }
+    }
 }
