@@ -317,6 +317,11 @@ async function cancelled() {
   await page.getByText(/^Cancelled after/).waitFor();
 }
 
+// What is said of a search comes before the desk that its buttons are drawn of.
+async function canBeAsked() {
+  await page.locator("#ask-button:enabled:not([aria-disabled=true])").waitFor();
+}
+
 async function broken() {
   step("a search that ended by a mistake of the program is said, and can be asked again");
   // No input brings that about: the server's word for it is put into what it says (its own tests have it say so).
@@ -332,7 +337,7 @@ async function broken() {
     route.fulfill({ contentType: "text/event-stream", body: `retry: 3600000\ndata: ${JSON.stringify(tick)}\n\n` }));
   await page.reload();
   await page.locator("#progress.bad", { hasText: why }).waitFor();
-  check(!(await page.locator("#ask-button").isDisabled()), "it can be asked again");
+  await canBeAsked();
   await picture("5-broken");
   await page.unrouteAll();
   await page.reload();
@@ -473,7 +478,7 @@ async function longSearch() {
   await page.getByRole("button", { name: "Cancel" }).click();
   await page.getByText(/^Cancelled after/).waitFor();
   check(await page.locator("#verdict").count() === 0 && await page.locator("li[data-model]").count() === 1, "a cancelled search has changed something");
-  check(!(await page.locator("#ask-button").isDisabled()), "it can be asked again");
+  await canBeAsked();
 }
 
 // A bench whose pivot has teeth, which no effect of the catalogue is; its logs, in our words and in those of another program.

@@ -14,6 +14,7 @@ use crate::answer::{Answer, Identified};
 use crate::case::Question;
 use crate::catalogue::{ENTRIES, Kind, SAG};
 use crate::experiment::{SUBSTEP, actuator, attitude};
+use crate::goals::goals;
 use crate::noise::Noise;
 use crate::plant::{Base, Hidden};
 use crate::score::{Mark, judge};
@@ -154,6 +155,32 @@ fn a_set_listed_further_down_is_counted_apart_and_not_as_right() {
     }
     let judged = |effect: &str| judge("case", &json!({"effect": effect, "parameters": {}}), &answer);
     assert_eq!((judged("a+b").common, judged("b").common), ((1, 1), (0, 1)));
+}
+
+/// What every set has is in a row beside it: being sure of less does not reach the goal.
+#[test]
+fn of_three_effects_elsewhere_the_goal_is_of_the_named_ones() {
+    let judged = |named: &[&str], common: &[&str]| {
+        let mut answer = answer("missing_effect", named, &[], &[]);
+        if let Ok(json) = &mut answer.json {
+            json["common_effects"] = json!(common);
+        }
+        judge("case", &json!({"effect": "a+b+c", "bench": "actuator", "parameters": {}}), &answer)
+    };
+    let row = |cases: &[_], name: &str| {
+        let (text, all) = goals(cases);
+        let row = text.lines().find(|line| line.contains(name)).map(str::to_owned);
+        (row.unwrap_or_else(|| panic!("no {name} in {text}")), all)
+    };
+    // Six are right: that goal does not fail.
+    let right = || (0..6).map(|_| judged(&["a", "b", "c"], &[]));
+    let with = |named: &[&str], common: &[&str]| right().chain([judged(named, common)]).collect::<Vec<_>>();
+    let (goal, all) = row(&with(&["a", "d"], &["a"]), "of the named ones");
+    assert!(goal.ends_with("| 50 % | 2 | **no** |") && !all, "{goal}");
+    let (sure, _) = row(&with(&["a", "d"], &["a"]), "every set");
+    assert!(sure.ends_with("| 100 % | 1 | |"), "{sure}");
+    let (goal, all) = row(&with(&["a", "b"], &["a"]), "of the named ones");
+    assert!(goal.ends_with("| 100 % | 2 | yes |") && all, "{goal}");
 }
 
 #[test]

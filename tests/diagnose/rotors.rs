@@ -39,6 +39,11 @@ fn quadrotor(desk: &Desk, name: &str, sequence: u32, hidden: [&str; 2]) -> PathB
     desk.write(name, &(header.to_owned() + &rows.collect::<String>()))
 }
 
+/// The one to fit on and the one held out.
+fn both_logs(desk: &Desk, hidden: [&str; 2]) -> (String, String) {
+    (text(&quadrotor(desk, "train.csv", 1, hidden)), text(&quadrotor(desk, "held_out.csv", 11, hidden)))
+}
+
 fn text(path: &Path) -> String {
     path.display().to_string()
 }
@@ -47,10 +52,7 @@ fn text(path: &Path) -> String {
 fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     let desk = Desk::new();
     let hidden = ["transport_delay:delay=0.03", "transport_delay:delay=0.05"];
-    let (train, held_out) = (
-        text(&quadrotor(&desk, "train.csv", 1, hidden)),
-        text(&quadrotor(&desk, "held_out.csv", 11, hidden)),
-    );
+    let (train, held_out) = both_logs(&desk, hidden);
     let asked = ["diagnose", "--model", "paper", "--log", &train, "--validate", &held_out];
     let answer = json_schema::answer("diagnose-rotors", run(&[&asked[..], &["--json"]].concat()).stdout);
     assert_eq!(answer["verdict"], "missing_effect");
@@ -101,10 +103,7 @@ mod at_length {
     fn each_rotor_is_diagnosed_as_it_is_alone() {
         let desk = Desk::new();
         let hidden = ["transport_delay:delay=0.03", "transport_delay:delay=0.05"];
-        let (train, held_out) = (
-            text(&quadrotor(&desk, "train.csv", 1, hidden)),
-            text(&quadrotor(&desk, "held_out.csv", 11, hidden)),
-        );
+        let (train, held_out) = both_logs(&desk, hidden);
         let asked = ["diagnose", "--model", "paper", "--log", &train, "--validate", &held_out, "--json"];
         let answer = json_schema::answer("diagnose-rotors", run(&asked).stdout);
         for at in [1, 2] {
@@ -121,10 +120,7 @@ mod at_length {
     fn an_effect_of_two_rotors_only_is_theirs_and_not_common() {
         let desk = Desk::new();
         let hidden = ["transport_delay:delay=0.03", "command_dead_zone:width=0.2"];
-        let (train, held_out) = (
-            text(&quadrotor(&desk, "train.csv", 1, hidden)),
-            text(&quadrotor(&desk, "held_out.csv", 11, hidden)),
-        );
+        let (train, held_out) = both_logs(&desk, hidden);
         let asked = ["diagnose", "--model", "paper", "--log", &train, "--validate", &held_out, "--json"];
         let answer = json_schema::answer("diagnose-rotors", run(&asked).stdout);
         assert_eq!(answer["effects"], serde_json::json!([]));

@@ -109,6 +109,8 @@ export async function begin() {
   let [events, newest, isReading] = [null, -1, false];
   const heard = async message => {
     const tick = JSON.parse(message.data);
+    // A button that is pressed before the desk is read again does what the page shows: its search has ended, or has begun.
+    desk.tick.search = tick.search;
     tell(progress, tick);
     newest = tick.revision;
     if (isReading) return;
