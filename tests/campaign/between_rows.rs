@@ -96,7 +96,7 @@ impl Case {
             "noise": {"propeller_rate_rad_s": noise}, "holds_s": [bench.holds.0, bench.holds.1],
             "binary": bench.is_binary,
         });
-        Self { train, validate, model: bench.model(), truth }
+        Self { train, validate, model: bench.base.model("stand"), truth }
     }
 
     pub fn write(&self, folder: &Path) -> io::Result<()> {
@@ -140,17 +140,6 @@ impl Bench {
             motion.advance([command; 2], [voltage, voltage - 0.008 * TICK]);
         }
         out
-    }
-
-    /// The model that is asked about: the bench without what is hidden.
-    fn model(&self) -> String {
-        let [quadratic, linear] = self.base.steady;
-        format!(
-            "name = \"stand\"\n\n[actuator]\nsteady_rate = [0.0, {linear}, {quadratic}]\nvoltage_gain = {}\n\
-             full_voltage = 12.6\npole = {}\nthrust_coefficient = {}\nhover_rate = 616.964467\n\n[body]\n\
-             inertia = 0.032\narm = 0.25\n",
-            self.base.voltage_gain, self.base.pole, self.base.thrust
-        )
     }
 }
 

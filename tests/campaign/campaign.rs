@@ -60,6 +60,9 @@ enum CommandLine {
         /// Laws with a formula and what may be taken for one, for `discover`, and nothing else
         #[arg(long, group = "only")]
         discover: bool,
+        /// With --discover: on benches of other numbers than the paper's, in logs as poor as telemetry is
+        #[arg(long, requires = "discover")]
+        poor: bool,
         /// That many cases of an effect beside a small one that nobody names, and nothing else
         #[arg(long, group = "only")]
         blurred: Option<u64>,
@@ -111,6 +114,7 @@ fn main() -> ExitCode {
             draws,
             seed,
             discover,
+            poor,
             blurred,
             coarse_battery,
             three,
@@ -121,7 +125,9 @@ fn main() -> ExitCode {
             let drawn = seed.iter().map(|seed| {
                 let mut rng = ChaCha8Rng::seed_from_u64(*seed);
                 let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy, own_base) {
-                    (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
+                    (Some(count), ..) => (0..count)
+                        .map(|_| Question::OtherBench(Box::new(Question::blurred(&mut rng)), None))
+                        .collect(),
                     (_, Some(count), ..) => {
                         (0..count).map(|number| Question::coarse(number, &mut rng)).collect()
                     }
@@ -130,6 +136,7 @@ fn main() -> ExitCode {
                     (.., Some(count)) => {
                         (0..count).map(|number| Question::own_base(number, &mut rng)).collect()
                     }
+                    _ if poor => discovered::poor(draws),
                     _ if discover => discovered::questions(draws),
                     _ => questions(draws, *seed),
                 };

@@ -38,6 +38,9 @@ pub enum Question {
     Flawed(u64, Kind),
     /// Another question, of a bench whose motors, propellers and body nobody gave numbers of: the program identifies its base.
     OwnBase(Box<Question>),
+    /// Another question, of a bench of other numbers, which the model has; and which flaw in turn, where its log is as poor as
+    /// telemetry is.
+    OtherBench(Box<Question>, Option<u64>),
 }
 
 /// What is too small to be named, and moves the numbers of what is.
@@ -88,7 +91,8 @@ pub struct Case {
     pub validate: Truth,
     pub noise: Noise,
     pub truth: Value,
-    lacks_battery: bool,
+    /// The model that is asked about, where it is not the paper's.
+    model: Option<String>,
     /// The program is asked for the base, too.
     is_own_base: bool,
 }
@@ -117,7 +121,9 @@ impl Question {
             | Self::Outside(_, kind)
             | Self::Blurred(_, _, kind) => *kind,
             Self::Law(family, _) => family.kind,
-            Self::Coarse(question) | Self::OwnBase(question) => question.kind(),
+            Self::Coarse(question) | Self::OwnBase(question) | Self::OtherBench(question, _) => {
+                question.kind()
+            }
         }
     }
 
@@ -235,6 +241,16 @@ impl Question {
             case.is_own_base = true;
             return Some(case);
         }
+        if let Self::OtherBench(question, flaw) = self {
+            let base = Base::draw(rng);
+            let mut case = question.draw_on(base, rng, seed)?;
+            if let Some(number) = flaw {
+                case.noise.flaw = Flaw::poor(*number, rng);
+                case.truth["flaw"] = json!(case.noise.flaw.name());
+            }
+            case.model = Some(base.model("bench"));
+            return Some(case);
+        }
         let base = Base {
             voltage_gain: if self.lacks_battery() { 0.0 } else { Base::PAPER.voltage_gain },
             ..Base::PAPER
@@ -269,7 +285,7 @@ impl Question {
                 effects.extend(entries.map(|entry| (entry, draw_parameters(entry, rng))));
                 entries.map(|entry| entry.id).join("+")
             }
-            Self::Coarse(_) | Self::OwnBase(_) => return None,
+            Self::Coarse(_) | Self::OwnBase(_) | Self::OtherBench(..) => return None,
             Self::Changed(name, _) => {
                 let size = 0.06 * 8.0_f64.powf(rng.random::<f64>());
                 let factor = if rng.random_bool(0.5) { 1.0 + size } else { 1.0 / (1.0 + size) };
@@ -358,7 +374,8 @@ impl Question {
             "base_changed_as_well": also, "seed": seed, "removal": removal,
             "flaw": format!("{flaw:?}"), "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
         });
-        Some(Case { train, validate, noise, truth, lacks_battery: self.lacks_battery(), is_own_base: false })
+        let model = self.lacks_battery().then(|| WITHOUT_BATTERY.to_owned());
+        Some(Case { train, validate, noise, truth, model, is_own_base: false })
     }
 
     /// Error over the noise floor with each effect left out, by its name; with the base as printed, where a
@@ -402,8 +419,8 @@ impl Case {
     /// empty file where the program is to make the model itself.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         fs::create_dir_all(folder)?;
-        if self.lacks_battery {
-            fs::write(folder.join("model.toml"), WITHOUT_BATTERY)?;
+        if let Some(model) = &self.model {
+            fs::write(folder.join("model.toml"), model)?;
         }
         if self.is_own_base {
             fs::write(folder.join(WITHOUT_MODEL), "")?;

@@ -38,6 +38,12 @@ pub fn questions(draws: u64) -> Vec<Question> {
     out
 }
 
+/// The same on benches of other numbers, in logs as poor as telemetry is, each flaw in turn.
+pub fn poor(draws: u64) -> Vec<Question> {
+    let wrapped = |(number, question)| Question::OtherBench(Box::new(question), Some(number));
+    (0..).zip(questions(draws)).map(wrapped).collect()
+}
+
 /// Asks about every case of a folder and prints the score; whether the goals are reached.
 pub fn score(
     folder: &Path,
@@ -70,6 +76,8 @@ pub fn score(
 
 #[cfg(test)]
 mod tests {
+    use rotorbench::model::Model;
+
     use super::*;
 
     /// Every family leaves a trace on its bench, at its weakest too, unless a finer strength is needed.
@@ -80,5 +88,20 @@ mod tests {
             assert_eq!(case.truth["parameters"]["law"], family.name);
             assert!(case.truth["removal"]["unknown"].as_f64().is_some_and(|it| it > 1.2), "{}", family.name);
         }
+    }
+
+    /// The model that is asked about has the numbers of the bench, which are not the paper's.
+    #[test]
+    fn on_another_bench_the_model_is_its_own() {
+        let drawn = |seed| {
+            Question::OtherBench(Box::new(Question::Law(&FAMILIES[0], 1.0)), Some(0)).make(seed).unwrap()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let pole = |seed| {
+            drawn(seed).write(folder.path()).unwrap();
+            Model::load(&folder.path().join("model.toml")).unwrap().actuator.pole
+        };
+        assert!(pole(3) != pole(4) && pole(3) != 16.0);
+        assert_eq!(drawn(3).truth["flaw"], "telemetry that is held");
     }
 }

@@ -46,6 +46,10 @@ pub enum Flaw {
     Late { rows: f64 },
     /// The clock of the rows goes unevenly, by that many rows (standard deviation).
     Jitter { rows: f64 },
+    /// A rotor's rate is new in each of so many rows only, and shown until the next.
+    Held { rows: usize },
+    /// Each reading is rounded to so many times its noise.
+    Steps { size: f64 },
     /// The gyro's bias wanders: by so many times its noise, once to and fro in so many rows.
     Drift { size: f64, period: f64 },
 }
@@ -67,6 +71,17 @@ impl Flaw {
         }
     }
 
+    /// One in turn of those that make a log as poor as telemetry is.
+    pub fn poor(number: u64, rng: &mut ChaCha8Rng) -> Self {
+        let mut between = |low: f64, high: f64| rng.random_range(low..high);
+        match number % 4 {
+            0 => Self::Held { rows: between(2.0, 5.0) as usize },
+            1 => Self::Steps { size: between(1.0, 4.0) },
+            2 => Self::Jitter { rows: between(0.02, 0.1) },
+            _ => Self::Filtered { memory: between(1.0, 6.0) },
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::White => "white noise",
@@ -74,6 +89,8 @@ impl Flaw {
             Self::Bursts { .. } => "noise that comes and goes",
             Self::Late { .. } => "telemetry of another instant",
             Self::Jitter { .. } => "an uneven clock",
+            Self::Held { .. } => "telemetry that is held",
+            Self::Steps { .. } => "readings in steps",
             Self::Drift { .. } => "a drifting bias",
         }
     }
@@ -94,13 +111,15 @@ pub struct Reader<'a> {
     noise: Noise,
     /// Where the filtered noise of each channel is.
     filtered: [f64; 4],
+    /// What each channel showed when it was new.
+    shown: [f64; 4],
     /// [rows] by which the clock is off in this row.
     off: f64,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(rows: &'a [Row], noise: Noise) -> Self {
-        Self { rows, noise, filtered: [0.0; 4], off: 0.0 }
+        Self { rows, noise, filtered: [0.0; 4], shown: [0.0; 4], off: 0.0 }
     }
 
     /// To be called once for each row.
@@ -140,7 +159,16 @@ impl<'a> Reader<'a> {
             }
             _ => size * white,
         };
-        self.between(k, off, value) + error
+        let read = self.between(k, off, value) + error;
+        match self.noise.flaw {
+            Flaw::Held { rows } if is_rotor && !k.is_multiple_of(rows) => self.shown[channel as usize],
+            Flaw::Held { .. } => {
+                self.shown[channel as usize] = read;
+                read
+            }
+            Flaw::Steps { size: steps } => (read / (steps * size)).round() * steps * size,
+            _ => read,
+        }
     }
 
     /// A value `off` rows beside row `k`, on the cubic through four rows.
@@ -234,6 +262,21 @@ mod tests {
         // Clipped at 0.45 rows.
         assert!(rms(&uneven) > 1.1, "{}", rms(&uneven));
         assert!((rms(&errors(Flaw::Late { rows: 0.4 }, Channel::Gyro)) - 1.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn a_held_reading_is_a_rotors_and_as_old_as_its_last_new_one() {
+        let held = errors(Flaw::Held { rows: 4 }, Channel::Rate1);
+        // At the end the rate rises by 4 rad/s a row: 0, 1, 2 and 3 rows late.
+        let mean = held[19_000..].iter().sum::<f64>() / 1_000.0;
+        assert!((mean + 1.5 * 4.0 / 1.5).abs() < 0.2, "{mean}");
+        assert!((rms(&errors(Flaw::Held { rows: 4 }, Channel::Gyro)) - 1.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn steps_add_a_twelfth_of_their_square() {
+        let rounded = errors(Flaw::Steps { size: 3.0 }, Channel::Gyro);
+        assert!((rms(&rounded) - (1.0_f64 + 9.0 / 12.0).sqrt()).abs() < 0.04, "{}", rms(&rounded));
     }
 
     #[test]

@@ -54,6 +54,17 @@ impl Base {
         Self { hover_command: own.command_for(HOVER_RATE), ..own }
     }
 
+    /// The model file of a bench that has these numbers.
+    pub fn model(&self, name: &str) -> String {
+        let [quadratic, linear] = self.steady;
+        format!(
+            "name = \"{name}\"\n\n[actuator]\nsteady_rate = [0.0, {linear}, {quadratic}]\nvoltage_gain = {}\n\
+             full_voltage = {FULL_BATTERY}\npole = {}\nthrust_coefficient = {}\nhover_rate = 616.964467\n\n[body]\n\
+             inertia = {}\narm = {ARM}\n",
+            self.voltage_gain, self.pole, self.thrust, self.inertia
+        )
+    }
+
     pub fn steady_rate(&self, command: f64) -> f64 {
         (self.steady[0] * command + self.steady[1]) * command
     }
