@@ -40,7 +40,7 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let error = if is_judged_on_fitted { "error" } else { "held-out error" };
     let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {}.", missing(diagnosis, mark)),
-        Verdict::Adequate => nothing_missing(&diagnosis.model, mark),
+        Verdict::Adequate => nothing_missing(&diagnosis.model, mark) + not_looked_at(diagnosis),
         Verdict::ParametersChanged => {
             "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
         }
@@ -122,6 +122,16 @@ fn nothing_missing(model: &Model, mark: &str) -> String {
         "Nothing more is missing that these data could show: the model already has {}.",
         effects.join(" and ")
     )
+}
+
+/// That little of what the commands do was looked at, where that is so.
+fn not_looked_at(diagnosis: &Diagnosis) -> &'static str {
+    let is_left_out = |finding: &Finding| finding.code == "moves_left_out";
+    if diagnosis.findings.iter().any(is_left_out) {
+        " Most of what the commands do is in rows that are left out, and was not looked at."
+    } else {
+        ""
+    }
 }
 
 /// How far the error, which is called `what`, falls with what explains a part.
@@ -296,6 +306,14 @@ mod tests {
         let headline = sentence(&said, "`");
         let begin = "Nothing more is missing that these data could show: the model already has `transport_delay` (34.98 ms) and `gravity_pendulum` (";
         assert!(headline.starts_with(begin) && headline.contains("moment 0.4000 N m"), "{headline}");
+    }
+
+    #[test]
+    fn nothing_is_missing_in_what_was_looked_at() {
+        let mut said = Diagnosis::of(Verdict::Adequate, &[]);
+        said.findings.push(about("moves_left_out"));
+        let headline = sentence(&said, "");
+        assert!(headline.ends_with("could show. Most of what the commands do is in rows that are left out, and was not looked at."), "{headline}");
     }
 
     fn about(code: &'static str) -> Finding {

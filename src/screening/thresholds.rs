@@ -227,6 +227,8 @@ crate::thresholds! {
     rested_share: f64 = 0.1, "-", "judgement";
     /// time after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
+    /// share of what a command moves in rows that are left out from which on that is said.
+    moves_left_out: f64 = 0.5, "-", "judgement: most of it";
     /// share of a rotor's greatest measured rate up to which it stands still, where the command would turn it: noise of a sensor.
     stall_share: f64 = 0.01, "-", "judgement";
     /// time for which a rate on its way to a standstill may pause: a longer one is where the fall began.

@@ -73,6 +73,7 @@ checks! {
     ROTOR: fn(&mut CheckedRotor) -> Option<Judgement> = [
         command_saturated,
         standstill_left_out,
+        moves_left_out,
         stalled,
         transient_behind_hole,
         uncommanded_motion,

@@ -102,6 +102,11 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             short(number("least_command")),
             short(number("starting_s"))
         ),
+        "moves_left_out" => format!(
+            "{:.0} % of what its command does is in rows at which it stands or starts, which are left out: a pole, a delay or an answer \
+             from the others need not hold there; record steps between commands that turn it",
+            100.0 * number("share")
+        ),
         "stalled" => format!(
             "the rotor stood from {:.1} to {:.1} s while it was commanded {}{}: it stalled, its speed controller lost it, or it would not \
              start; {rows} samples are left out, from its fall until {} s after it turned again",
