@@ -304,6 +304,12 @@ crate::thresholds! {
     at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
     /// a body driven by measured rotors: an error within this factor of the noise floor leaves nothing to explain; the floor does not know how far the rotor model is off, which the body integrates
     at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
+    /// bins of the body's angle or rate over which what such a body leaves is looked at
+    bins_of_rest: usize = 8, "count", "judgement: of some 250 windows thirty each";
+    /// shifts of the angle or the rate that what is left is held against
+    surrogates_of_rest: usize = 99, "count", "resolution 1 / (1 + n)";
+    /// of the best of them, from which on what is left is a law of the angle or the rate
+    rest_is_a_law: f64 = 1.5, "-", "benches with other numbers than the paper's: 0.1 to 0.5 where nothing is left, 3 to 13 where a spring is";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart
