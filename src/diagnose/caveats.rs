@@ -8,6 +8,7 @@ use super::refusal::EffectRefusal;
 use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
+use super::unknown_size::size;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::{Law, Site, Term, acting_as, find};
 use crate::estimation::moments::{mean_square, squares_about_mean};
@@ -167,18 +168,9 @@ fn not_known(model: &Model, effects: &[String]) -> Vec<Finding> {
     let of_effect = |id: &String| {
         let parameters = find(id).map_or(&[][..], |card| card.parameters);
         let known_badly = parameters.iter().filter_map(|parameter| {
-            let name = format!("{id}.{}", parameter.name);
-            let value = model.parameter(&name)?;
-            let error = model.standard_errors.get(&name).filter(|error| error.is_finite())?;
-            // An angle may well be zero, and is known by its error all the same.
-            let is_size = parameter.neutral.is_finite() || parameter.lower > 0.0;
-            let none = if parameter.neutral.is_finite() { parameter.neutral } else { 0.0 };
-            let is_known = !is_size || (value - none).abs() > THRESHOLDS.identifiable * error;
-            (!is_known).then(|| {
-                Finding::new("parameter_not_known", name.clone())
-                    .with("value", value)
-                    .with("standard_error", *error)
-            })
+            let found = size(model, id, parameter).filter(|found| !found.is_known)?;
+            let finding = Finding::new("parameter_not_known", format!("{id}.{}", parameter.name));
+            Some(finding.with("value", found.value).with("standard_error", found.standard_error))
         });
         known_badly.collect::<Vec<_>>()
     };

@@ -60,6 +60,7 @@ pub(crate) mod tests;
 pub mod thresholds;
 mod torque_beside;
 mod two_for_one;
+mod unknown_size;
 mod unnamed;
 pub(crate) mod verdict;
 mod whole_steps;
@@ -197,7 +198,9 @@ impl<'a> DiagnosisTask<'a> {
     fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> (Diagnosis, Blocks) {
         for found in &mut blocks.found {
             self.among_eligible(&found.split).allow_for_what_is_missing(found);
+            unknown_size::withdraw(found);
         }
+        blocks.verdicts = blocks.found.iter().map(verdict::verdict).collect();
         let found = (&blocks.found[..], &blocks.verdicts[..]);
         (assemble::conclude(self.model, self.known, found, logs, self.config), blocks)
     }
