@@ -132,7 +132,9 @@ fn main() -> ExitCode {
                         (0..count).map(|number| Question::coarse(number, &mut rng)).collect()
                     }
                     (_, _, Some(count), ..) => (0..count).map(|_| Question::three(&mut rng)).collect(),
-                    (_, _, _, Some(count), _) => (0..count).map(Question::flawed).collect(),
+                    (_, _, _, Some(count), _) => (0..count)
+                        .map(|number| Question::OtherBench(Box::new(Question::flawed(number)), None))
+                        .collect(),
                     (.., Some(count)) => {
                         (0..count).map(|number| Question::own_base(number, &mut rng)).collect()
                     }

@@ -11,7 +11,7 @@ use rotorbench::screening::ScreenedLog;
 use serde_json::{Value, json};
 
 use crate::answer::{Answer, Identified};
-use crate::case::Question;
+use crate::case::{Question, Small};
 use crate::catalogue::{ENTRIES, Kind, SAG};
 use crate::experiment::{SUBSTEP, actuator, attitude};
 use crate::goals::goals;
@@ -332,6 +332,32 @@ mod at_length {
                 "{sets:?}"
             );
         }
+    }
+
+    /// Each looks at the log in its own way, and of a dead time both say the same, within what they say they know: alone, and beside a law
+    /// that neither of them knows.
+    #[test]
+    fn identify_and_diagnose_agree_on_a_dead_time() {
+        let delay = ENTRIES.iter().find(|entry| entry.id == "transport_delay").unwrap();
+        let beside = |law| Question::Blurred(delay, Small::Outside(law), Kind::Actuator);
+        let mut agreed = 0;
+        for (seed, question) in
+            [Question::Single(delay, Kind::Actuator), beside(0), beside(1), beside(2), beside(3)]
+                .iter()
+                .enumerate()
+        {
+            let logs = logs(question, 8_400 + seed as u64);
+            let own = identify(&logs[0], &[], &IdentifySettings::default()).unwrap().model;
+            let found = asked_of(&Model::paper(), &logs);
+            let name = "transport_delay.delay";
+            let (Some(one), Some(other)) = (own.parameter(name), found.parameters.get(name)) else {
+                continue;
+            };
+            let known = own.standard_errors[name].hypot(other.standard_error.unwrap());
+            assert!((one - other.value).abs() < 3.0 * known, "{seed}: {one}, {other:?}, known to {known}");
+            agreed += 1;
+        }
+        assert!(agreed > 2, "{agreed} of five say how long it is");
     }
 
     /// An effect that is lost in the noise of the rotors' sensors, because it acts for a few rows of one log only or because the
