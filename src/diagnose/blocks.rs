@@ -7,6 +7,7 @@ use super::config::DiagnoseConfig;
 use super::data_split::DataSplit;
 use super::diagnosis::{ErrorSummary, Verdict};
 use super::error::DiagnoseError;
+use super::rest_of_body::rest_follows;
 use super::search_result::SearchResult;
 use super::verdict;
 use crate::log::Dataset;
@@ -64,7 +65,10 @@ impl Blocks {
     pub(crate) fn is_at_floor(&self) -> bool {
         let held_out =
             self.found.iter().zip(&self.verdicts).filter(|(_, it)| **it != Verdict::InsufficientData);
-        held_out.into_iter().all(|(found, _)| found.over_floor(&found.answer).0 <= found.at_floor())
+        held_out.into_iter().all(|(found, _)| {
+            found.over_floor(&found.answer).0 <= found.at_floor()
+                && rest_follows(found, &found.answer).is_none()
+        })
     }
 
     /// The model with what each block found.

@@ -5,6 +5,7 @@ use super::curve_caveat::shift_is_curve;
 use super::directions::Directions;
 use super::model_selection::ran_off;
 use super::refusal::EffectRefusal;
+use super::rest_of_body::rest_follows;
 use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
@@ -41,6 +42,10 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
             warnings.extend(slow_drift(logs, found));
             warnings.extend(battery_or_time(logs, found));
         }
+        warnings.extend(
+            rest_follows(found, &found.answer)
+                .map(|rest| Finding::new("rest_follows_body", rest.channel).with("share", rest.share)),
+        );
         if turns_against_torque(found) {
             let is_of_angle = |log: &ScreenedLog| log.body().is_some_and(|body| body.has(RATE_OF_ANGLE));
             let of_angle = usize::from(logs.iter().any(is_of_angle));

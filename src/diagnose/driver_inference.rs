@@ -8,6 +8,7 @@ use super::driven_body::{TriedDriver, is_better, is_explained, misfit, prefers, 
 use super::error::DiagnoseError;
 use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};
 use super::not_named::{NotNamed, Unmet};
+use super::rest_of_body::rest_follows;
 use super::search_result::{SearchResult, SingleEffect};
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
@@ -283,7 +284,10 @@ impl BlockContext<'_> {
         driver: &CandidateFit,
     ) -> Result<Option<SearchResult>, DiagnoseError> {
         let mut refitted = self.body(Some((rotor, driver)), &|split| (self.refit)(split, &[]))?;
-        if let Some(driven) = refitted.as_mut().filter(|driven| is_explained(driven, &driven.refitted)) {
+        let leaves_noise = |driven: &SearchResult| {
+            is_explained(driven, &driven.refitted) && rest_follows(driven, &driven.refitted).is_none()
+        };
+        if let Some(driven) = refitted.as_mut().filter(|driven| leaves_noise(driven)) {
             driven.ladder.truncate(1);
             return Ok(refitted);
         }

@@ -47,6 +47,7 @@ mod progress;
 mod refit;
 pub mod refusal;
 mod residual_evidence;
+mod rest_of_body;
 mod reweigh;
 pub mod rotor_block;
 mod rotors;
@@ -198,11 +199,23 @@ impl<'a> DiagnosisTask<'a> {
     fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> (Diagnosis, Blocks) {
         for found in &mut blocks.found {
             self.among_eligible(&found.split).allow_for_what_is_missing(found);
-            unknown_size::withdraw(found);
         }
-        blocks.verdicts = blocks.found.iter().map(verdict::verdict).collect();
+        self.take_back(&mut blocks);
         let found = (&blocks.found[..], &blocks.verdicts[..]);
         (assemble::conclude(self.model, self.known, found, logs, self.config), blocks)
+    }
+
+    /// Takes back what could be none. Of rotors that drive a body this may be what only the body shows; and of a set that was not searched
+    /// for on these rows nobody knows whether another does as well.
+    fn take_back(&self, blocks: &mut Blocks) {
+        let [found] = &mut blocks.found[..] else { return };
+        if found.singles.is_empty() || !unknown_size::is_nothing(found) {
+            return;
+        }
+        let (split, nominal, refitted) = (&found.split, &found.nominal, &found.refitted);
+        let base = self.fits().select_parameters(split, nominal, refitted, refitted);
+        unknown_size::withdraw(found, base);
+        blocks.verdicts = blocks.found.iter().map(verdict::verdict).collect();
     }
 
     /// Searched on a part of the logs, `seen`, and fitted and judged on all their rows.

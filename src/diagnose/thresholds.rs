@@ -308,8 +308,8 @@ crate::thresholds! {
     bins_of_rest: usize = 8, "count", "judgement: of some 250 windows thirty each";
     /// shifts of the angle or the rate that what is left is held against
     surrogates_of_rest: usize = 99, "count", "resolution 1 / (1 + n)";
-    /// of the best of them, from which on what is left is a law of the angle or the rate
-    rest_is_a_law: f64 = 1.5, "-", "benches with other numbers than the paper's: 0.1 to 0.5 where nothing is left, 3 to 13 where a spring is";
+    /// the channel's share of what is left, over the greatest that its shifts reach, from which on what is left is a law of it
+    rest_is_a_law: f64 = 1.2, "-", "judgement: the greatest of each log are added, which chance hardly reaches";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// share of what a battery's voltage does that goes with the time of its logs, from which nothing tells the two apart

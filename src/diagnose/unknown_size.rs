@@ -1,6 +1,8 @@
 //! Effects whose size these logs do not tell: by its standard error it could be none. Where the base leaves nothing but noise, such an
 //! effect explains nothing that anybody could see, and is not named.
 
+use super::candidate_fit::CandidateFit;
+use super::model_selection::{joint_floors, same_set};
 use super::not_named::{NotNamed, Unmet};
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
@@ -35,27 +37,35 @@ fn could_be_none(model: &Model, id: &str) -> bool {
     parameters.any(|it| it.neutral.is_finite() && size(model, id, it).is_some_and(|size| !size.is_known))
 }
 
-/// Takes back an answer all of whose effects could be none, where the base as it is leaves nothing but noise.
-pub(crate) fn withdraw(found: &mut SearchResult) {
+/// Whether all effects of an answer could be none, where the base as it is leaves nothing but noise and no other set does as well.
+pub(crate) fn is_nothing(found: &SearchResult) -> bool {
     let answer = &found.answer;
     let all_could =
         !answer.effects.is_empty() && answer.effects.iter().all(|id| could_be_none(&answer.model, id));
-    let is_at_floor = found.over_floor(&found.nominal).0 <= found.at_floor();
-    if !(all_could && is_at_floor && found.alternatives.is_empty()) {
-        return;
+    let is_alone = found.alternatives.is_empty() && found.two_for_one.is_empty() && found.changed.is_empty();
+    all_could && is_alone && found.over_floor(&found.nominal).0 <= THRESHOLDS.at_floor
+}
+
+/// Takes back an answer, in whose place is that of the base's own numbers, with those that changed.
+pub(crate) fn withdraw(found: &mut SearchResult, (answer, changed): (CandidateFit, Vec<String>)) {
+    let withdrawn = std::mem::replace(&mut found.answer, answer).effects;
+    for single in &mut found.singles {
+        if withdrawn.contains(&single.effect) {
+            single.not_named = Some(NotNamed { beside: Vec::new(), condition: Unmet::NotDetermined });
+        } else if single.not_named.as_ref().is_some_and(|why| same_set(&why.beside, &withdrawn)) {
+            // It was judged beside what is no longer named.
+            single.not_named = Some(NotNamed { beside: Vec::new(), condition: Unmet::NothingLeft });
+        }
     }
-    for single in found.singles.iter_mut().filter(|single| found.answer.effects.contains(&single.effect)) {
-        single.not_named = Some(NotNamed { beside: Vec::new(), condition: Unmet::NotDetermined });
-    }
-    found.answer = found.nominal.clone();
+    found.floors = joint_floors(&found.split, &found.answer);
     found.ladder = vec![found.refitted.clone()];
-    (found.two_for_one, found.dropped) = (Vec::new(), Vec::new());
-    (found.changed, found.shifts) = (Vec::new(), Vec::new());
+    (found.changed, found.dropped, found.shifts) = (changed, Vec::new(), Vec::new());
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::diagnosis::Verdict;
+    use super::super::search_result::SingleEffect;
     use super::super::tests::{ROWS, leaves, noise, split};
     use super::super::verdict::verdict;
     use super::*;
@@ -74,22 +84,37 @@ mod tests {
     }
 
     #[test]
-    fn of_a_size_that_could_be_none_nothing_is_named_where_nothing_is_left() {
-        let named = |base: f64, error: f64| {
-            let mut found = found(base, error);
-            withdraw(&mut found);
-            (found.answer.effects.len(), verdict(&found))
-        };
-        assert_eq!(named(1.05, 0.002), (0, Verdict::Adequate));
-        assert_eq!(named(1.05, 0.001), (1, Verdict::MissingEffect), "three standard errors");
-        assert_eq!(named(1.5, 0.002), (1, Verdict::MissingEffect), "something is left to explain");
+    fn a_size_that_could_be_none_is_nothing_where_nothing_is_left() {
+        assert!(is_nothing(&found(1.05, 0.002)));
+        assert!(!is_nothing(&found(1.05, 0.001)), "three standard errors");
+        assert!(!is_nothing(&found(1.15, 0.002)), "something is left to explain");
+        let mut with_another = found(1.05, 0.002);
+        with_another.alternatives.push(with_another.answer.clone());
+        assert!(!is_nothing(&with_another), "another set does as well");
+        let mut with_changed = found(1.05, 0.002);
+        with_changed.changed.push("pole".to_owned());
+        assert!(!is_nothing(&with_changed), "a number of the base has changed");
     }
 
     #[test]
-    fn what_another_set_does_as_well_is_not_taken_back() {
+    fn in_the_place_of_what_is_taken_back_the_base_stands() {
         let mut found = found(1.05, 0.002);
-        found.alternatives.push(found.answer.clone());
-        withdraw(&mut found);
-        assert_eq!(found.answer.effects.len(), 1);
+        let single = |effect: &str, beside: &[&str]| SingleEffect {
+            effect: effect.to_owned(),
+            fitted: None,
+            surrogate: None,
+            refusal: None,
+            not_named: (!beside.is_empty()).then(|| NotNamed {
+                beside: beside.iter().map(|id| (*id).to_owned()).collect(),
+                condition: Unmet::LessThanAnother,
+            }),
+        };
+        found.singles = vec![single("transport_delay", &[]), single("telemetry_lag", &["transport_delay"])];
+        let base = (found.nominal.clone(), Vec::new());
+        withdraw(&mut found, base);
+        assert_eq!(verdict(&found), Verdict::Adequate);
+        let whys: Vec<_> = found.singles.iter().filter_map(|it| it.not_named.clone()).collect();
+        assert!(whys.iter().all(|why| why.beside.is_empty()), "{whys:?}");
+        assert_eq!([&whys[0].condition, &whys[1].condition], [&Unmet::NotDetermined, &Unmet::NothingLeft]);
     }
 }

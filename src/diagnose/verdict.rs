@@ -1,12 +1,10 @@
 //! From what a search found to the word for it.
 
 use super::diagnosis::Verdict;
-use super::residual_evidence::{ResidualEvidence, evidence};
+use super::rest_of_body::rest_follows;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::torque_beside::turns_the_body;
-use crate::estimation::dependence::Bins;
-use crate::signal::columns;
 
 /// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that turns against
 /// its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged. A pendulum whose weight nobody modelled asks for
@@ -33,30 +31,6 @@ pub(crate) fn fails_in_training_only(found: &SearchResult) -> Option<(usize, [f6
     channels.find(|(_, [fitted, held_out])| *fitted > THRESHOLDS.plain_error && *held_out <= found.at_floor())
 }
 
-/// Whether what an answer leaves of a body that measured rotors drive is a function of the body's angle or rate. More than noise may
-/// be left of such a body, for the rotors' model is never quite right; but that knows nothing of where the body is.
-fn leaves_a_law(found: &SearchResult) -> bool {
-    let is_within_noise = found.over_floor(&found.answer).0 <= THRESHOLDS.at_floor;
-    if is_within_noise || !found.split.train.is_driven_by_rotors() {
-        return false;
-    }
-    let parts = [(&found.split.train, &found.answer.fit), (&found.split.validate, &found.answer.held_out)];
-    let parts: Vec<ResidualEvidence> =
-        parts.into_iter().flat_map(|(data, fit)| evidence(data, fit)).collect();
-    let error: Vec<f64> = parts.iter().flat_map(|part| part.error.iter().copied()).collect();
-    [columns::BODY_ANGLE, columns::BODY_RATE].iter().any(|name| {
-        let of_part = |part: &ResidualEvidence| {
-            let own = part.channels.iter().find(|(channel, _)| channel == name);
-            own.map_or_else(|| vec![f64::NAN; part.error.len()], |(_, values)| values.clone())
-        };
-        let channel: Vec<f64> = parts.iter().flat_map(of_part).collect();
-        Bins::of(&channel, &error, THRESHOLDS.bins_of_rest).is_some_and(|bins| {
-            let found = bins.dependence(&error, THRESHOLDS.surrogates_of_rest);
-            found.explained > THRESHOLDS.rest_is_a_law * found.surrogate
-        })
-    })
-}
-
 /// The verdict on one block.
 pub(crate) fn verdict(found: &SearchResult) -> Verdict {
     let over_floor = found.over_floor(&found.answer).0;
@@ -66,7 +40,8 @@ pub(crate) fn verdict(found: &SearchResult) -> Verdict {
     if found.split.insufficient_data().is_some() {
         return Verdict::InsufficientData;
     }
-    if leaves_a_law(found) {
+    // However near it came, it stands in for another law.
+    if rest_follows(found, &found.answer).is_some() {
         return Verdict::Unknown;
     }
     match (at_floor, named) {
@@ -200,33 +175,41 @@ mod tests {
         assert_eq!(said(body(false), 1.09, 1.09, &[], &[]), Verdict::Adequate);
     }
 
-    /// A body that measured rotors drive, at another angle in each of its windows; and what an answer leaves of it: 1.2 times the noise, a
-    /// third of that a torque which goes with `of` the window's number.
-    fn leaves_torque(of: impl Fn(usize) -> f64) -> Verdict {
-        let angle = |window: usize| 0.5 * (1.7 * (window * window) as f64).sin();
-        let source = BodySource {
-            torque: vec![0.1; ROWS],
-            torque_slope: vec![0.0; ROWS].into(),
-            propagated: vec![0.0; ROWS].into(),
-            propeller_rate: [vec![600.0; ROWS], vec![600.0; ROWS]],
-            rate: vec![0.1; ROWS].into(),
-            angle: (0..ROWS).map(|row| angle(row / 40)).collect::<Vec<f64>>().into(),
-            time: time().into(),
-        };
-        let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
-        let split = DataSplit::new(data.clone(), Some(data));
-        let mut left = vec![0.0; split.train.len()];
-        for (window, unit) in split.train.units().iter().enumerate() {
-            let rows = unit.len() / 2;
-            for row in 0..rows {
-                // A torque that is not known makes the rate run away from where its window begins.
-                let runs_away = of(window) * (row as f64 / rows as f64 - 0.5);
-                left[unit.start + row] = noise(unit.start + row) + 1.5 * runs_away;
+    /// A body that measured rotors drive, at another angle in each of its windows, twice; and what an answer leaves of it: 1.2 times the noise,
+    /// a third of that a torque which goes with `of` an angle \[rad\] and a number of the window.
+    fn leaves_torque(of: impl Fn(f64, usize) -> f64, is_one_log: bool) -> Verdict {
+        let angle = |log: usize, window: usize| 0.5 * (1.7 * ((window + 500 * log) * window) as f64).sin();
+        let data = [0, 1].map(|log| {
+            let source = BodySource {
+                torque: (0..ROWS).map(|row| 0.1 * (row / 40 % 2) as f64).collect(),
+                torque_slope: vec![0.0; ROWS].into(),
+                propagated: vec![0.0; ROWS].into(),
+                propeller_rate: [vec![600.0; ROWS], vec![600.0; ROWS]],
+                rate: vec![0.1; ROWS].into(),
+                angle: (0..ROWS).map(|row| angle(log, row / 40)).collect::<Vec<f64>>().into(),
+                time: time().into(),
+            };
+            BlockData::new(Runs::Body(vec![BodyRun::new(log, 0..ROWS, source, 0.4)]))
+        });
+        let left = [0, 1].map(|log| {
+            let mut left = vec![0.0; data[log].len()];
+            for (window, unit) in data[log].units().iter().enumerate() {
+                let rows = unit.len() / 2;
+                for row in 0..rows {
+                    // A torque that is not known makes the rate run away from where its window begins.
+                    let runs_away = of(angle(log, window), window) * (row as f64 / rows as f64 - 0.5);
+                    left[unit.start + row] = noise(unit.start + row) + 1.5 * runs_away;
+                }
             }
-        }
-        let (mut answer, mut found) =
-            (leaves(&split, 1.0, &["ground_effect"]), found(split, 9.0, 1.0, &[], &[]));
-        (answer.fit.residuals, answer.held_out.residuals) = (left.clone().into(), left.into());
+            left
+        });
+        let [train, validate] = data;
+        let split = DataSplit::new(train, (!is_one_log).then_some(validate));
+        let mut answer = leaves(&split, 1.0, &["ground_effect"]);
+        let [fitted, held_out] = left;
+        answer.held_out.residuals = if is_one_log { fitted.clone().into() } else { held_out.into() };
+        answer.fit.residuals = fitted.into();
+        let mut found = found(split, 9.0, 1.0, &[], &[]);
         found.answer = answer;
         let over = found.over_floor(&found.answer).0;
         assert!((THRESHOLDS.at_floor..found.at_floor()).contains(&over), "{over}");
@@ -235,10 +218,11 @@ mod tests {
 
     #[test]
     fn what_is_left_of_a_driven_body_may_come_from_its_rotors_and_not_from_where_it_is() {
-        let angle = |window: usize| 0.5 * (1.7 * (window * window) as f64).sin();
-        assert_eq!(leaves_torque(|window| 4.0 * angle(window)), Verdict::Unknown);
-        let another = |window: usize| 2.0 * (2.9 * (window * window) as f64).cos();
-        assert_eq!(leaves_torque(another), Verdict::MissingEffect);
+        for is_one_log in [false, true] {
+            assert_eq!(leaves_torque(|angle, _| 4.0 * angle, is_one_log), Verdict::Unknown);
+            let another = |_, window: usize| 2.0 * (2.9 * (window * window) as f64).cos();
+            assert_eq!(leaves_torque(another, is_one_log), Verdict::MissingEffect);
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The verdict of `diagnose` in a sentence.
 
+use std::path::Path;
+
 use super::findings::{sentence as sentence_of, text as text_of};
 use super::{Mark, number};
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
@@ -40,9 +42,10 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let error = if is_judged_on_fitted { "error" } else { "held-out error" };
     let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {}.", missing(diagnosis, mark)),
-        Verdict::Adequate => nothing_missing(&diagnosis.model, mark) + not_looked_at(diagnosis),
+        Verdict::Adequate => nothing_missing(&diagnosis.model, mark) + &not_looked_at(diagnosis),
         Verdict::ParametersChanged => {
-            "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
+            let changed = "None of the effects tried is missing; the model's own numbers have changed.";
+            changed.to_owned() + &not_looked_at(diagnosis)
         }
         Verdict::Unknown if effects.is_empty() => {
             "Something is missing, and nothing that was tried explains it.".to_owned()
@@ -124,14 +127,17 @@ fn nothing_missing(model: &Model, mark: &str) -> String {
     )
 }
 
-/// That little of what the commands do was looked at, where that is so.
-fn not_looked_at(diagnosis: &Diagnosis) -> &'static str {
-    let is_left_out = |finding: &Finding| finding.code == "moves_left_out";
-    if diagnosis.findings.iter().any(is_left_out) {
-        " Most of what the commands do is in rows that are left out, and was not looked at."
-    } else {
-        ""
-    }
+/// That little of what a command does was looked at, and in which log, where that is so.
+fn not_looked_at(diagnosis: &Diagnosis) -> String {
+    let left_out = diagnosis.findings.iter().filter(|finding| finding.code == "moves_left_out");
+    let mut logs: Vec<&str> = left_out.map(|finding| finding.log.as_str()).collect();
+    logs.dedup();
+    let Some((first, others)) = logs.split_first() else { return String::new() };
+    let others = if others.is_empty() { "" } else { " and others" };
+    let name = Path::new(first).file_name().and_then(|name| name.to_str()).unwrap_or(first);
+    format!(
+        " Most of what a command does in {name}{others} is in rows that are left out, and was not looked at."
+    )
 }
 
 /// How far the error, which is called `what`, falls with what explains a part.
@@ -311,9 +317,15 @@ mod tests {
     #[test]
     fn nothing_is_missing_in_what_was_looked_at() {
         let mut said = Diagnosis::of(Verdict::Adequate, &[]);
-        said.findings.push(about("moves_left_out"));
+        said.findings.extend([1, 2].map(|_| about("moves_left_out").of("logs/wheel.csv")));
         let headline = sentence(&said, "");
-        assert!(headline.ends_with("could show. Most of what the commands do is in rows that are left out, and was not looked at."), "{headline}");
+        let end =
+            " Most of what a command does in wheel.csv is in rows that are left out, and was not looked at.";
+        assert!(headline.ends_with(&("could show.".to_owned() + end)), "{headline}");
+        said.findings.push(about("moves_left_out").of("second.csv"));
+        assert!(sentence(&said, "").contains("in wheel.csv and others is"), "{}", sentence(&said, ""));
+        said.verdict = Verdict::ParametersChanged;
+        assert!(sentence(&said, "").contains("and others is"), "{}", sentence(&said, ""));
     }
 
     fn about(code: &'static str) -> Finding {

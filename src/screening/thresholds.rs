@@ -229,6 +229,8 @@ crate::thresholds! {
     starting: f64 = 0.5, "s", "judgement";
     /// share of what a command moves in rows that are left out from which on that is said.
     moves_left_out: f64 = 0.5, "-", "judgement: most of it";
+    /// way that a command must go in such rows to be a move.
+    least_way: f64 = 0.1, "-", "judgement: a flicker of a thousandth goes less in a hundred rows";
     /// share of a rotor's greatest measured rate up to which it stands still, where the command would turn it: noise of a sensor.
     stall_share: f64 = 0.01, "-", "judgement";
     /// time for which a rate on its way to a standstill may pause: a longer one is where the fall began.

@@ -313,8 +313,20 @@ async function cancelled() {
   step("a search is cancelled");
   await page.getByRole("button", { name: "work on paper" }).click();
   await page.getByRole("button", { name: "What is missing?" }).click();
+  // The desk that says so is on its way, and what is pressed before it comes is not lost.
+  const held = [];
+  let isHeld = true;
+  await page.route("**/api/desk?*", route => isHeld ? void held.push(route) : route.continue());
   await page.getByRole("button", { name: "Cancel" }).click();
   await page.getByText(/^Cancelled after/).waitFor();
+  await page.locator("#ask-button").dispatchEvent("click");
+  await page.locator("#progress", { hasText: "Searching" }).waitFor();
+  isHeld = false;
+  await Promise.all(held.map(route => route.continue()));
+  await page.unrouteAll({ behavior: "wait" });
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText(/^Cancelled after/).waitFor();
+  await canBeAsked();
 }
 
 // What is said of a search comes before the desk that its buttons are drawn of.

@@ -246,7 +246,10 @@ impl Question {
             let mut case = question.draw_on(base, rng, seed)?;
             if let Some(number) = flaw {
                 case.noise.flaw = Flaw::poor(*number, rng);
-                case.truth["flaw"] = json!(case.noise.flaw.name());
+                case.truth["flaw"] = json!(format!("{:?}", case.noise.flaw));
+                if !case.is_seen_in(case.noise.flaw.noise_grows()) {
+                    return None;
+                }
             }
             case.model = Some(base.model("bench"));
             return Some(case);
@@ -415,6 +418,17 @@ fn draw_parameters(entry: &Entry, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 impl Case {
+    /// Puts what leaving an effect out costs in noise that is `times` as large, and says whether any can still be seen.
+    fn is_seen_in(&mut self, times: f64) -> bool {
+        let Some(removal) = self.truth["removal"].as_object_mut() else { return true };
+        let mut ratios = removal.values_mut().filter_map(|ratio| Some((ratio.as_f64()?, ratio)));
+        ratios.all(|(ratio, value)| {
+            let grown = (1.0 + (ratio * ratio - 1.0) / (times * times)).sqrt();
+            *value = json!(grown);
+            grown >= BARELY_VISIBLE
+        })
+    }
+
     /// Writes `train.csv` and `validate.csv` into `folder`, `model.toml` where another model than the paper's is asked about, and an
     /// empty file where the program is to make the model itself.
     pub fn write(&self, folder: &Path) -> io::Result<()> {

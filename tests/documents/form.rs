@@ -75,7 +75,7 @@ const PLACES: [(&str, &[&str], &str); 13] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     (
         "scores",
-        &["scores", "errors", "laws", "noise", "three", "coarse", "between_rows", "own_base"],
+        &["scores", "errors", "laws", "poor_laws", "noise", "three", "coarse", "between_rows", "own_base"],
         "campaign",
     ),
     ("speed", &["peers", "logs", "laws"], "peers"),

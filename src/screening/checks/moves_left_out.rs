@@ -7,22 +7,22 @@ use crate::screening::thresholds::THRESHOLDS;
 
 /// Finds out how much of what the command moves is in rows at which the rotor stands or starts.
 pub(crate) fn check(rotor: &mut CheckedRotor) -> Option<Judgement> {
-    let share = share_left_out(&rotor.data, &rotor.at_rest);
-    let finding = rotor.data.finding("moves_left_out").with("share", share);
-    (rotor.is_measured() && share > THRESHOLDS.moves_left_out).then(|| Judgement::new(finding, Vec::new()))
+    let (left_out, whole) = ways(&rotor.data, &rotor.at_rest);
+    // What flickers is no move.
+    let is_most = left_out > THRESHOLDS.least_way && left_out > THRESHOLDS.moves_left_out * whole;
+    let finding = rotor.data.finding("moves_left_out").with("share", left_out / whole);
+    (rotor.is_measured() && is_most).then(|| Judgement::new(finding, Vec::new()))
 }
 
-/// \[-\] of the way that the command goes up and down, between commands that turn the rotor, the part that it goes in these rows,
-/// which ascend.
-fn share_left_out(data: &RotorLog, at_rest: &[usize]) -> f64 {
+/// \[-\] the way that the command goes up and down between commands that turn the rotor: in these rows, and in all.
+fn ways(data: &RotorLog, at_rest: &[usize]) -> (f64, f64) {
     let turns = |row: usize| data.command[row] >= LEAST_COMMAND;
     let moved = |row: usize| {
         let is_known = row > 0 && turns(row) && turns(row - 1);
         if is_known { (data.command[row] - data.command[row - 1]).abs() } else { 0.0 }
     };
-    let whole: f64 = (0..data.command.len()).map(moved).sum();
-    let left_out: f64 = at_rest.iter().map(|row| moved(*row)).sum();
-    if whole > 0.0 { left_out / whole } else { 0.0 }
+    let way = |rows: &mut dyn Iterator<Item = usize>| rows.map(moved).sum::<f64>();
+    (way(&mut at_rest.iter().copied()), way(&mut (0..data.command.len())))
 }
 
 #[cfg(test)]
@@ -56,5 +56,9 @@ mod tests {
         assert!(!found(goes_on).contains(&"moves_left_out"), "0.5 of 1.05 is no more than half");
         let once = |time: f64| if time < 0.5 { 0.0 } else { 0.5 };
         assert!(!found(once).contains(&"moves_left_out"), "the start itself does not count");
+        let flickers = |time: f64| {
+            if time < 0.5 { 0.0 } else { 0.5 + if time < 0.9 { 0.001 * (900.0 * time).sin() } else { 0.0 } }
+        };
+        assert!(!found(flickers).contains(&"moves_left_out"), "nor does a flicker");
     }
 }

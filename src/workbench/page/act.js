@@ -5,6 +5,7 @@ const progress = [];
 const underWay = new Map();
 const GONE = "The server does not answer: has rotorbench workbench ended?";
 let revision = -1;
+let heardLast = null;
 let reading = Promise.resolve();
 export let desk = null;
 
@@ -91,11 +92,17 @@ function tell(all, said) {
   }
 }
 
+// A button that is pressed before the desk is read again does what the page shows: its search has ended, or has begun.
+function catchUp() {
+  if (heardLast?.revision > desk.tick.revision) desk.tick.search = heardLast.search;
+}
+
 // One after the other: an older desk never takes the place of a newer one.
 function read() {
   reading = reading.catch(() => {}).then(async () => {
     desk = await get("api/desk");
     revision = desk.tick.revision;
+    catchUp();
     tell(listeners, desk);
     tell(progress, desk.tick);
   });
@@ -109,8 +116,8 @@ export async function begin() {
   let [events, newest, isReading] = [null, -1, false];
   const heard = async message => {
     const tick = JSON.parse(message.data);
-    // A button that is pressed before the desk is read again does what the page shows: its search has ended, or has begun.
-    desk.tick.search = tick.search;
+    heardLast = tick;
+    catchUp();
     tell(progress, tick);
     newest = tick.revision;
     if (isReading) return;
