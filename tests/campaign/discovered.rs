@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn on_another_bench_the_model_is_its_own() {
         let drawn = |seed| {
-            Question::OtherBench(Box::new(Question::Law(&FAMILIES[0], 1.0)), Some(1)).make(seed).unwrap()
+            Question::OtherBench(Box::new(Question::Nothing(Kind::Actuator)), Some(1)).make(seed).unwrap()
         };
         let folder = tempfile::tempdir().unwrap();
         let pole = |seed| {

