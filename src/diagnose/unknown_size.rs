@@ -15,7 +15,7 @@ pub(crate) struct Size {
     pub(crate) value: f64,
     /// In its unit.
     pub(crate) standard_error: f64,
-    /// Whether it is told from that of no effect.
+    /// Whether it differs from that of no effect by more than its error.
     pub(crate) is_known: bool,
 }
 
