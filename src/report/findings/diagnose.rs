@@ -26,8 +26,8 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
         }
         "rest_follows_body" => format!(
-            "{subject} explains {:.0} % of what is left of the torque, which no rotor's model does: a law of it is missing, for which what is \
-             named may stand in",
+            "{subject} explains {:.0} % of the torque that is left, and no model of the rotors knows it: a law of {subject} is missing, and what \
+             is named may only stand in for that law",
             100.0 * finding.number("share")
         ),
         "base_saw_held_out" => "the model was identified from rows that it is judged on here: where its own numbers stay, the held-out \
